@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from glshadow.core.cameras import Camera
 from glshadow.core.outputs import checked_outputs
 from glshadow.core.setting import instance, optional, refuse, several, shown, whole
+from glshadow.core.tone import Exposure
+from glshadow.derive.exposure import light_level
 from glshadow.derive.look import Look, look_of
 from glshadow.errors import SceneError
 from glshadow.lights import Light, Lights, as_lights
 from glshadow.scene.nodes import Scene
+from glshadow.scene.sampled import surface_samples
 
 DEFAULT_SIZE = (1280, 720)
 """Default size of an image, pixels."""
@@ -45,11 +50,28 @@ def frame_request(
     ambient: Any,
     background: Any,
     samples: Any,
+    exposure: Any = None,
+    tone: Any = "none",
 ) -> FrameRequest:
     """Check the arguments of `Renderer.render`; raises SettingsError or SceneError."""
     camera, lights, size = frame_arguments(scene, camera, lights, size)
     names = frozenset(checked_outputs(outputs))
-    return FrameRequest(scene, camera, lights, size, names, look_of(ambient, background, samples))
+    look = look_of(ambient, background, samples, exposure, tone)
+    return FrameRequest(scene, camera, lights, size, names, look.metered(metered(scene, lights, look.exposure)))
+
+
+def metered(scene: Scene, lights: tuple[Light, ...], exposure: Exposure) -> float | None:
+    """The level of a scene's lights, where their intensities are not relative to white or the exposure is "auto"; None elsewhere."""
+    if exposure != "auto" and not any(light.photometric for light in lights):
+        return None
+    if all(light.at_infinity for light in lights):  # alike everywhere
+        return light_level(lights, np.zeros((1, 3)), np.zeros((1, 3)))
+    rest = scene.rest
+    if rest is not None and [each.geometry for each in lights] == [each.geometry for each in scene.lights]:
+        # the same for all times of an animation
+        pairs = zip(rest.lights, lights, strict=True)
+        lights = tuple(replace(own, color=each.color, intensity=each.intensity) for own, each in pairs)
+    return light_level(lights, *surface_samples(rest or scene))
 
 
 def as_scene(source: Any, ground: bool | str = False) -> Scene:

@@ -16,7 +16,7 @@ from glshadow.core.distortion import Distortion
 from glshadow.core.outputs import OUTPUTS, Of, checked_outputs
 from glshadow.core.setting import instance, optional, whole
 from glshadow.core.spaces import Array
-from glshadow.core.srgb import srgb_from_linear
+from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.image import frame_path
@@ -27,6 +27,7 @@ LARGEST_SIDE = 16384  # pixels of the wide image
 OVERSAMPLING = whole(1, 8)
 _MEANS = tuple(each.name for each in OUTPUTS if each.of is Of.MEAN)
 _SMOOTH = ("linear", "alpha")  # means over samples that need not see a surface: interpolated
+_NEEDS = {"image": ("linear", "alpha")}
 
 
 def render_distorted(
@@ -87,13 +88,19 @@ def render_distorted(
     )
     kept = {name: getattr(camera, name) for name in ("position", "target", "up", "near", "far")}
     wide = IntrinsicsCamera(grid.focal, grid.focal, *grid.principal, **kept)
-    options["outputs"] = tuple(dict.fromkeys("linear" if name == "image" else name for name in names))
+    options["outputs"] = tuple(dict.fromkeys(part for name in names for part in _NEEDS.get(name, (name,))))
     if renderer is None:
         with Renderer() as temporary:
             frame = temporary.render(scene, wide, lights, grid.size, **options)
     else:
         frame = renderer.render(scene, wide, lights, grid.size, **options)
-    outputs = {name: _resampled(grid, name, frame.outputs["linear" if name == "image" else name]) for name in names}
+    look = replace(look_of(0.0, options.get("background", BACKGROUND), 1, None, frame.tone), scale=2.0**frame.exposure)
+    found = {name: _resampled(grid, name, value) for name, value in frame.outputs.items()}
+    if "image" in names:
+        light = found["linear"]
+        light = light if light.shape[2] == 4 else np.concatenate([light, found["alpha"][..., None]], axis=2)
+        found["image"] = look.encoded(light)
+    outputs = {name: found[name] for name in names}
     frame = replace(frame, camera=camera, size=size, outputs=outputs)
     if target is not None:
         frame.save(target)
@@ -152,8 +159,6 @@ def _stretch(matrices: Array) -> Array:
 def _resampled(grid: _Grid, name: str, value: Any) -> Any:
     if not isinstance(value, np.ndarray):
         return value
-    if name == "image":
-        return _encoded(_smooth(grid, value))
     if name in _SMOOTH:
         return _smooth(grid, value)
     layers = value.ndim == 4 or (value.ndim == 3 and value.shape[1:] == grid.size[::-1])
@@ -197,16 +202,3 @@ def _smooth(grid: _Grid, value: NDArray[Any]) -> NDArray[np.float32]:
             total += weight * np.take(flat, first + step, axis=0)
     result = (total / len(grid.parts)).astype(np.float32)
     return result if value.ndim == 3 else result[..., 0]
-
-
-def _encoded(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """sRGB bytes of linear light; of four premultiplied channels with straight alpha."""
-    if linear.shape[2] == 3:
-        return _bytes(srgb_from_linear(np.clip(linear, 0.0, 1.0)))
-    alpha = linear[..., 3:].astype(np.float64)
-    straight = np.where(alpha > 0.0, linear[..., :3] / np.where(alpha > 0.0, alpha, 1.0), 0.0)
-    return _bytes(np.concatenate([srgb_from_linear(np.clip(straight, 0.0, 1.0)), alpha], axis=-1))
-
-
-def _bytes(values: Array) -> NDArray[np.uint8]:
-    return np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8)

@@ -86,6 +86,10 @@ class Frame:
         Name -> output, for those that were rendered: `"depth" in frame.outputs`.
     samples : int
         Samples per pixel: image, linear, alpha and visibility are means over them; all other outputs are those of the pixel's centre.
+    exposure : float
+        Stops by which the light was scaled for `image`: the argument that gives the same exposure again.
+    tone : str
+        Tone map of `image`.
     """
 
     scene: Scene
@@ -97,10 +101,12 @@ class Frame:
     used: tuple[Used, ...]
     outputs: Mapping[str, Any]
     samples: int = 1
+    exposure: float = 0.0
+    tone: str = "none"
 
     @property
     def image(self) -> NDArray[np.uint8]:
-        """(H, W, 3) sRGB; with a transparent background (H, W, 4), straight alpha."""
+        """(H, W, 3) sRGB, exposed and tone mapped; with a transparent background (H, W, 4), straight alpha."""
         return self._array("image", np.uint8)
 
     @property
@@ -116,8 +122,8 @@ class Frame:
 
     @property
     def linear(self) -> NDArray[np.float32]:
-        """(H, W, 3) linear light before clamping and encoding; the background is `background`, decoded. With a transparent background
-        (H, W, 4), premultiplied."""
+        """(H, W, 3) linear light without exposure and tone map, not clamped; the background is `background`, decoded. With a transparent
+        background (H, W, 4), premultiplied."""
         return self._array("linear", np.float32)
 
     @property
@@ -233,6 +239,8 @@ class Frame:
         if self.camera.is_perspective:
             arrays["K"] = self.camera.K(self.size)
         arrays["near"], arrays["far"] = np.array(self.near), np.array(self.far)
+        if "image" in self.outputs:
+            arrays["exposure"], arrays["tone"] = np.array(self.exposure), np.array(self.tone)
         if isinstance(self.scene, Scene):
             arrays["nodes"] = np.array([node.name for node in self.scene.nodes], dtype=str)
         return arrays

@@ -167,8 +167,9 @@ class PyrenderRenderer:
         ambient = (1.0, 1.0, 1.0) if flags & FLAT else tuple(np.broadcast_to(scene.ambient_light, 3)[:3].tolist())
         ground = np.clip(np.asarray(scene.bg_color, dtype=np.float64), 0.0, 1.0)
         frame = self._renderer.render(
-            ours, None, lights, size, ambient, tuple(ground[:3].tolist()), ("image", "alpha", "depth"), SAMPLES
-        )
+            ours, None, lights, size, ambient, tuple(ground[:3].tolist()), ("image", "alpha", "depth"), SAMPLES,
+            exposure=None, tone="none",
+        )  # fmt: skip
         if not flags & RGBA:
             return frame.image, _depth(frame)
         alpha = frame.alpha + (1.0 - frame.alpha) * (ground[3] if len(ground) > 3 else 1.0)

@@ -15,7 +15,8 @@ from glshadow.core.cameras import Camera
 from glshadow.core.outputs import NAMES, checked_outputs
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.core.setting import instance, optional, shown
-from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, look_of
+from glshadow.core.tone import Exposure
+from glshadow.derive.look import BACKGROUND, Ambient, look_of
 from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected
 from glshadow.frame import Frame
 from glshadow.gl.draw import draw_frame
@@ -38,8 +39,10 @@ DEFAULT_OUTPUTS = ("image", "visibility")
 class RenderOptions(TypedDict, total=False):
     """Keyword arguments of `Renderer.render` except scene, camera, lights and size; described there."""
 
-    ambient: Ambient
+    ambient: Ambient | None
     background: ArrayLike | None
+    exposure: Exposure
+    tone: str
     outputs: str | Sequence[str]
     samples: int
     max_wrong: float | None
@@ -108,12 +111,14 @@ class Renderer:
         camera: Camera | None = None,
         lights: Lights = None,
         size: tuple[int, int] = DEFAULT_SIZE,
-        ambient: Ambient = AMBIENT,
+        ambient: Ambient | None = None,
         background: ArrayLike | None = BACKGROUND,
         outputs: str | Sequence[str] = DEFAULT_OUTPUTS,
         samples: int = DEFAULT_SAMPLES,
         max_wrong: float | None = None,
         max_ms: float | None = None,
+        exposure: Exposure = "scene",
+        tone: str = "neutral",
     ) -> Frame:
         """Render one frame.
 
@@ -124,9 +129,9 @@ class Renderer:
             None: the scene's own.
         size : (2,) ints
             Width and height in pixels.
-        ambient : float, (3,) floats or a pair of these
+        ambient : float, (3,) floats or a pair of these, optional
             Linear light that reaches every surface from all directions; 0 or more. In a pair, the first comes from above, the second from
-            below, blended by the normal's height.
+            below, blended by the normal's height. None: (0.27, 0.12), times the light that the exposure shows as white.
         background : (3,) floats or None
             sRGB, each in 0..1; None: transparent.
         outputs : str or sequence of str
@@ -139,6 +144,12 @@ class Renderer:
             Share of wrong pixels, and milliseconds, that shadows may cost. Lights whose settings are derived then use the cheapest
             settings that are accurate enough, or the most accurate that are fast enough. Candidates are tried on the first such image of a
             scene, about fifty frames; the choice is cached per scene, size and the lights' kinds and settings. `used[i].why` reports it.
+        exposure : "scene", "auto", float or None
+            Scale of the light in `image`. A number: 2 to its power, that many stops brighter. "auto": metered, so that the scene's lights
+            come out as bright as the default light, however strong they are; it depends on the scene and its lights, not on the camera.
+            "scene": "auto" where lights are `photometric`, as those of glTF files are, None elsewhere. None: not scaled.
+        tone : {"neutral", "none"}
+            Tone map of `image`: Khronos PBR Neutral, which leaves colours up to 0.8 as they are, or none, which clips at 1.
 
         Raises
         ------
@@ -147,12 +158,15 @@ class Renderer:
         """
         if self._context.released:
             raise GlshadowError("this renderer was released: make a new one")
-        request = frame_request(scene, camera, lights, size, outputs, ambient, background, samples)
+        request = frame_request(scene, camera, lights, size, outputs, ambient, background, samples, exposure, tone)
         budget = Budget(max_wrong=max_wrong, max_ms=max_ms)
         if budget.given:
 
             def draw(lights: Sequence[Light], outputs: tuple[str, ...], samples: int = 1) -> Frame:
-                return self.render(scene, request.camera, lights, request.size, ambient, background, outputs, samples)
+                return self.render(
+                    scene, request.camera, lights, request.size, ambient, background, outputs, samples,
+                    exposure=exposure, tone=tone,
+                )  # fmt: skip
 
             last = partial(draw, samples=samples)
             names = tuple(each for each in NAMES if each in request.outputs)
@@ -184,7 +198,8 @@ class Renderer:
                 if self._cache is not None:
                     self._cache.rest()
         return Frame(scene=scene, camera=request.camera, lights=request.lights, size=request.size, near=drawn.near, far=drawn.far,
-                     used=drawn.used, outputs=drawn.outputs, samples=request.look.samples)  # fmt: skip
+                     used=drawn.used, outputs=drawn.outputs, samples=request.look.samples, exposure=request.look.ev,
+                     tone=request.look.tone)  # fmt: skip
 
     def sequence(
         self,
@@ -294,9 +309,11 @@ def _check_options(name: str, options: RenderOptions) -> None:
     if unknown := set(options) - set(RenderOptions.__annotations__):
         raise SettingsError(f"{name} has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render")
     look_of(
-        options.get("ambient", AMBIENT),
+        options.get("ambient"),
         options.get("background", BACKGROUND),
         options.get("samples", DEFAULT_SAMPLES),
+        options.get("exposure", "scene"),
+        options.get("tone", "neutral"),
     )
     checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
 

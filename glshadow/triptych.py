@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.spaces import Array
-from glshadow.core.srgb import srgb_from_linear
-from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient
+from glshadow.derive.look import BACKGROUND, Ambient, look_of
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
@@ -26,7 +24,7 @@ def triptych(
     frame: Frame,
     truth: Truth,
     error: Measurement,
-    ambient: Ambient = AMBIENT,
+    ambient: Ambient | None = None,
     background: ArrayLike | None = BACKGROUND,
 ) -> NDArray[np.uint8]:
     """Three images side by side, in one row per light, shaded by that light alone.
@@ -38,7 +36,7 @@ def triptych(
     frame, truth, error
         The measured frame, the reference and the error; `frame` needs its visibility.
     ambient, background
-        As for Renderer.render.
+        As for Renderer.render. The light is exposed by its default, and not tone mapped.
 
     Returns
     -------
@@ -49,17 +47,19 @@ def triptych(
     rows = []
     for number, light in enumerate(frame.lights):
         bare = replace(light, shadow=None)
-        whole, direct = (
+        shown, dark = (
             renderer.render(
-                frame.scene, frame.camera, [bare], frame.size, level, background, outputs=("linear",), samples=1
-            ).linear
+                frame.scene, frame.camera, [bare], frame.size, level, background, outputs=("linear", "alpha"), samples=1
+            )
             for level in (ambient, 0.0)
         )
+        look = replace(look_of(0.0, background, 1), scale=2.0**shown.exposure)
         strength = 0.0 if light.shadow is None else light.shadow.strength
         shaded = []
         for visibility in (truth.visibility[number], frame.visibility[number]):
             taken = strength * (1.0 - np.nan_to_num(visibility, nan=1.0).astype(np.float64))
-            shaded.append(_encoded(whole - direct * taken[..., None]))
+            light = shown.linear - dark.linear * taken[..., None]
+            shaded.append(look.encoded(np.concatenate([light, shown.alpha[..., None]], axis=2)))
         rows.append(_beside([*shaded, error.picture(number)], axis=1))
     return _beside(rows, axis=0)
 
@@ -70,8 +70,3 @@ def _beside(pictures: list[NDArray[np.uint8]], axis: int) -> NDArray[np.uint8]:
     gap = np.broadcast_to(np.array(GAP_COLOR, dtype=np.uint8), shape)
     parts = [part for picture in pictures for part in (gap, picture)][1:]
     return np.concatenate(parts, axis=axis)
-
-
-def _encoded(linear: Array) -> NDArray[np.uint8]:
-    """Linear values as sRGB bytes."""
-    return np.asarray(np.rint(255.0 * srgb_from_linear(np.clip(linear, 0.0, 1.0))), dtype=np.uint8)

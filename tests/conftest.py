@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import glshadow as gs
 from glshadow.gl.driver.context import GLContext, open_context
 
 CHECKOUT = Path(__file__).resolve().parents[1]
@@ -87,6 +88,13 @@ def numpy_errors_raise() -> Iterator[None]:
     # Underflow to zero is correct everywhere here: a tiny weight, a tiny cosine.
     with np.errstate(all="raise", under="ignore"):
         yield
+
+
+@pytest.fixture(scope="session")
+def renderer() -> Iterator[gs.Renderer]:
+    """One for all tests of a process: programs are compiled once, and each test sees what the ones before have left."""
+    with gs.Renderer("egl") as renderer:
+        yield renderer
 
 
 @pytest.fixture

@@ -67,8 +67,9 @@ class Drawer:
             for camera, name in zip(cameras, job.names(), strict=True):
                 path = _inside(folder, name)
                 frame = self._renderer.render(
-                    scene, camera, lights, job.size, background=job.background, outputs=job.stored, samples=job.samples
-                )
+                    scene, camera, lights, job.size, background=job.background, outputs=job.stored, samples=job.samples,
+                    exposure=job.exposure, tone=job.tone,
+                )  # fmt: skip
                 frame.save(path)
                 images.append(digest_of_file(path))
         drawn = time.perf_counter() - loaded

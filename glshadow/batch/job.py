@@ -29,6 +29,7 @@ from glshadow.core.setting import (
 )
 from glshadow.core.spelling import parse
 from glshadow.core.strict_json import strict_json
+from glshadow.core.tone import EXPOSURE, TONE, Exposure
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.image import FRAME_SUFFIXES
@@ -81,7 +82,7 @@ class Job(Settings):
         For every light that casts shadows and has no shadow settings of its own.
     outputs : tuple of str, optional
         Outputs that .npz and .exr hold; None: as for `glshadow render`.
-    size, samples, background, ground, up_axis
+    size, samples, background, exposure, tone, ground, up_axis
         As for `render` and `load`.
 
     Raises
@@ -100,6 +101,8 @@ class Job(Settings):
     size: tuple[int, int] = setting(pixels, DEFAULT_SIZE)
     samples: int = setting(IMAGE_SAMPLES, DEFAULT_SAMPLES)
     background: tuple[float, float, float] | None = setting(_background, BACKGROUND)
+    exposure: Exposure = setting(EXPOSURE, "scene")
+    tone: str = setting(TONE, "neutral")
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)
     outputs: tuple[str, ...] | None = setting(optional(_outputs, "those of the file's format"), None)

@@ -72,7 +72,7 @@ def command(
 
     All lines are checked before work begins. A job that fails is listed at the end and does not affect others; images are written
     atomically; an interrupted batch resumes. Keys of a job: scene, output, cameras or orbit, lights, shadow, size, samples, background,
-    ground, up_axis, outputs. Exit code 1 if a job failed.
+    exposure, tone, ground, up_axis, outputs. Exit code 1 if a job failed.
     """  # fmt: skip
     with Work(as_json, debug) as work:
         from glshadow.batch import read_jobs, run_batch

@@ -79,7 +79,7 @@ def _measure(work: Work, wanted: Request) -> None:
                 from glshadow import image
                 from glshadow.triptych import triptych
 
-                picture = triptych(renderer, frame, truth, error, **wanted.look)
+                picture = triptych(renderer, frame, truth, error, wanted.ambient, wanted.background)
                 image.write(wanted.output, picture)
     if wanted.output is not None:
         work.say(

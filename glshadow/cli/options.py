@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 from glshadow.scene.summary import element_counts
 
 F = TypeVar("F", bound=Callable[..., Any])
-
 LAST = "Other"  # last section of the help page
 
 
@@ -149,7 +148,7 @@ picture_options = _all(
     scene_options,
     option("Image", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
            help="Ambient light, linear; two values separated by a slash: from above and from below. "
-                "Default: 0.27/0.12."),
+                "Default: 0.27/0.12, times the light that --exposure shows as white."),
     option("Image", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
            help="Background colour in sRGB, each 0 to 1; none: transparent (.png .tif .exr)."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
@@ -202,6 +201,8 @@ class Request:
     output: Path | None = None
     ambient: Any = None
     background: Triple | None = None
+    exposure: Any = "scene"
+    tone: str = "neutral"
     shadow: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -213,8 +214,8 @@ class Request:
 
     @property
     def look(self) -> dict[str, Any]:
-        """Ambient light and background."""
-        return {"background": self.background} | ({} if self.ambient is None else {"ambient": self.ambient})
+        """Ambient light, background, exposure and tone map."""
+        return {name: getattr(self, name) for name in ("ambient", "background", "exposure", "tone")}
 
     @property
     def name(self) -> str:
@@ -308,7 +309,6 @@ def request(
 
 def refuse_blank(frame: Frame) -> float:
     """The share of pixels that see a surface (`frame` has its alpha); SceneError if there are none."""
-
     from glshadow.errors import SceneError
 
     covered = float((frame.alpha > 0.0).mean())

@@ -25,6 +25,7 @@ from glshadow.cli.orbit import named_after, refuse_field, refuse_video
 from glshadow.cli.running import Work
 from glshadow.core.outputs import FLOATS, STORED
 from glshadow.core.sampling import DEFAULT_SAMPLES
+from glshadow.core.tone import TONES
 from glshadow.numbered import MOST_IMAGES
 
 if TYPE_CHECKING:
@@ -70,6 +71,24 @@ Examples:
     default=str(DEFAULT_SAMPLES),
     show_default=True,
     help="Samples per pixel, 1, 4, 8 or 16, for smooth edges of surfaces and shadows.",
+)
+@option(
+    "Image",
+    "--exposure",
+    metavar="EV|auto|scene|none",
+    read=values.exposure,
+    default="scene",
+    show_default=True,
+    help="Scale of the light: a number of stops; auto: metered, so that the lights come out as bright as the default light; "
+    "scene: auto where the lights are in lux and candela, as those of .glb files, else none.",
+)
+@option(
+    "Image",
+    "--tone",
+    type=click.Choice(TONES),
+    default="neutral",
+    show_default=True,
+    help="Tone map: Khronos PBR Neutral, which keeps colours up to 0.8 as they are; none clips at 1.",
 )
 @option(
     "Image",
@@ -260,6 +279,8 @@ def _report(frame: Frame, path: Path, scene: Scene, covered: float, info: dict[s
         "path": str(path),
         "size": frame.size,
         "scene": scene_facts(scene),
+        "exposure": frame.exposure,
+        "tone": frame.tone,
         "camera": {"position": camera.position, "target": camera.target, "up": camera.up, **camera.lens,
                    "near": frame.near, "far": frame.far},
         "covered": covered,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from glshadow.core.spaces import CLIP_SPACES
 from glshadow.core.spelling import number, numbers, parse, vector
+from glshadow.core.tone import EXPOSURE, Exposure
 from glshadow.errors import SettingsError
 from glshadow.image import frame_path
 from glshadow.shadows.bias import BIASES, Bias
@@ -49,6 +50,11 @@ def color(text: str) -> Triple:
     if not all(0.0 <= value <= 1.0 for value in (red, green, blue)):
         raise SettingsError(f"{text!r} is not r,g,b with each from 0 to 1 (sRGB)")
     return red, green, blue
+
+
+def exposure(text: str) -> Exposure:
+    """A number of stops, auto, scene or none."""
+    return EXPOSURE("exposure", None if text == "none" else text if text in ("auto", "scene") else number(text))
 
 
 def background(text: str) -> Triple | None:

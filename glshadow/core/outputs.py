@@ -51,7 +51,7 @@ OUTPUTS = (
     Output("image", Of.MEAN, np.uint8, "(H, W, 3)", "sRGB; (H, W, 4) with straight alpha over a transparent background", "background"),
     Output("visibility", Of.MEAN, np.float32, "(lights, H, W)", "share of the light that arrives: 1 lit, 0 occluded or facing away", "NaN",
            ("visibility",)),
-    Output("linear", Of.MEAN, np.float32, "(H, W, 3)", "light before clamping; (H, W, 4) premultiplied over a transparent background",
+    Output("linear", Of.MEAN, np.float32, "(H, W, 3)", "light, not exposed; (H, W, 4) premultiplied over a transparent background",
            "background, decoded", ("R", "G", "B", "A")),
     Output("alpha", Of.MEAN, np.float32, "(H, W)",
            "share of the samples that see a surface, what blends by its alpha; on a catcher, its shadow's share",

@@ -15,8 +15,8 @@ from glshadow.arguments import FrameRequest
 from glshadow.core.cropped import Cropped
 from glshadow.core.sampling import grid
 from glshadow.core.spaces import Array
-from glshadow.core.srgb import srgb_from_linear
 from glshadow.derive.culling import seen_by
+from glshadow.derive.look import Look
 from glshadow.gl.driver.clock import Clock
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.kept import Kept
@@ -121,7 +121,7 @@ class Layers:
                 assert lights is not None
                 found = True
                 mean = self._mean(part, targets, request, lights)
-            _put(results, mean, tile, request.look.background is None)
+            _put(results, mean, tile, request.look)
         return found
 
     def view(self, scene: GpuScene, request: FrameRequest) -> CameraView:
@@ -176,7 +176,8 @@ class Layers:
         """Shade the surfaces of some targets with all lights."""
         targets.renew()
         shaded = replace(part, targets=targets)
-        for share in shares_of(shaded, lights, request.look):
+        look = replace(request.look, tone="none", scale=1.0)  # linear: the mean is exposed and tone mapped, see `_put`
+        for share in shares_of(shaded, lights, look):
             resolve(shaded, share)
 
     def _add(self, part: FrameContext, targets: LayerTargets, which: int) -> None:
@@ -265,7 +266,7 @@ def _cropped(view: CameraView, scene: GpuScene, tile: Tile) -> CameraView:
     )  # fmt: skip
 
 
-def _put(results: dict[str, Any], mean: NDArray[np.float32], tile: Tile, transparent: bool) -> None:
+def _put(results: dict[str, Any], mean: NDArray[np.float32], tile: Tile, look: Look) -> None:
     """Replace the pixels of a part that layers cover."""
     x, y, width, height = tile
     covered = ~np.isnan(mean[..., 3])
@@ -281,6 +282,4 @@ def _put(results: dict[str, Any], mean: NDArray[np.float32], tile: Tile, transpa
         elif name == "alpha":
             part[covered] = light[:, 3]
         else:
-            straight = light[:, :3] / np.maximum(light[:, 3:], 1e-6) if transparent else light[:, :3]
-            display = np.concatenate([srgb_from_linear(np.clip(straight, 0.0, 1.0)), light[:, 3:]], axis=1)
-            part[covered] = np.rint(255.0 * display[:, : part.shape[2]])
+            part[covered] = look.encoded(light)

@@ -109,7 +109,7 @@ class ResourceCache:
             results = read_means(outputs, targets, len(lights), transparent)
         else:
             fine = read_means(outputs | {"linear", "alpha"}, targets, len(lights), transparent)
-            results = average_samples(outputs, fine, pattern, transparent)
+            results = average_samples(outputs, fine, pattern, look)
         if outputs.isdisjoint(CENTRES):
             return results
         if look.samples == 1:

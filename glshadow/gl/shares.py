@@ -28,12 +28,13 @@ def _marked(frame: FrameContext, technique: Technique) -> Receiver:
 
 def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
     """Each light's contribution to the image; without lights that of a single black one."""
+    shown = (look.tone, look.white, look.scale)
     if not lights:
         dark = DirectionalLight(intensity=0.0)
-        return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background),)
+        return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background, None, *shown),)
     several = frame.targets.samples > 1
     return tuple(
         Share(each.light, _marked(frame, each.technique) if several else each.technique.receiver(frame),
-              each.number, len(lights), look.ambient, look.linear_background, each.tint)
+              each.number, len(lights), look.ambient, look.linear_background, each.tint, *shown)
         for each in lights
     )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from glshadow.core.setting import Settings, instance, number, optional, setting, shown, vector
+from glshadow.core.setting import Settings, flag, instance, number, optional, setting, shown, vector
 from glshadow.core.spaces import Array, Bools, ClipSpace, Triple, view_axes
 from glshadow.errors import SettingsError
 from glshadow.lights.table import LightTable
@@ -66,6 +66,8 @@ class Light(Settings, ABC):
         Strength: a white surface that faces the light receives color * intensity.
     shadow : Shadow or None
         Settings of its shadow. None: the light casts no shadow.
+    photometric : bool
+        Whether the intensity is in lux at infinity, else in candela, as of lights of glTF files: images are then exposed for it.
 
     Attributes
     ----------
@@ -114,6 +116,7 @@ class Light(Settings, ABC):
     shadow: Shadow | None = setting(
         optional(instance(Shadow), "casts nothing"), factory=Shadow, help="settings of its shadow"
     )
+    photometric: bool = setting(flag(), False, help="intensity is in lux or candela: images are exposed for it")
 
     spelling: ClassVar[str]
     usage: ClassVar[str]
@@ -129,7 +132,7 @@ class Light(Settings, ABC):
     per_channel: ClassVar[bool] = False
     sized_by: ClassVar[str] = ""
     fixed: ClassVar[bool] = False
-    beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow"})
+    beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow", "photometric"})
     penumbra: ClassVar[Mapping[str, int] | None] = None
     usual_filter: ClassVar[Filter | None] = None
 

@@ -66,8 +66,8 @@ def _key(kind: type[Light], text: str) -> tuple[str, Any]:
         raise SettingsError(f"a {kind.spelling} has no setting {key!r}; it takes {', '.join(keys(kind))}")
     if key == "cookie":
         return key, value
-    if key != "shadow":
+    if key not in ("shadow", "photometric"):
         return key, numbers(value, value.count(",") + 1) if "," in value else number(value)
     if value not in ("on", "off"):
-        raise SettingsError(f"shadow must be on or off, got {value!r}")
-    return key, Shadow() if value == "on" else None
+        raise SettingsError(f"{key} must be on or off, got {value!r}")
+    return key, value == "on" if key == "photometric" else Shadow() if value == "on" else None

@@ -126,7 +126,7 @@ class Motion:
         if not nodes and self is scene.motion and (seen, lit, every) == (scene.camera, scene.lights, scene.cameras):
             return scene  # nothing has moved
         motion = replace(self, cameras=cameras, lights=lights)
-        return scene.changed(nodes, camera=seen, lights=lit, cameras=every, motion=motion)
+        return scene.changed(nodes, camera=seen, lights=lit, cameras=every, motion=motion, rest=scene.rest or scene)
 
 
 def posed(scene: Scene, seconds: Any, animation: str | int | None) -> Scene:

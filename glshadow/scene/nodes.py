@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,6 +139,9 @@ class Scene(Settings):
             motion: Motion | None = None,
         ) -> None: ...
 
+    rest: ClassVar[Scene | None] = None
+    """Of a scene at a time of its animation: the scene that was posed, by whose light all of its poses are exposed."""
+
     __repr__ = summary.scene_line
     _repr_html_ = summary.scene_html
 
@@ -229,7 +232,7 @@ class Scene(Settings):
         Parameters
         ----------
         **settings
-            Camera, lights, cameras and motion, checked.
+            Camera, lights, cameras, motion and rest, checked.
         """
         made = copy(self)
         kept = made.__dict__

@@ -6,18 +6,19 @@ import base64
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import as_scene, frame_arguments
+from glshadow.arguments import as_scene, frame_arguments, metered
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_path, instance, one_of, optional, whole
 from glshadow.core.spaces import Array, ClipSpace, world_positions
 from glshadow.derive.compare import map_uniforms, rounding_of
-from glshadow.derive.look import BACKGROUND
+from glshadow.derive.look import BACKGROUND, WHITE
 from glshadow.errors import ResourceError, SettingsError, warn
 from glshadow.files import replacing
 from glshadow.gl.passes.atlases import layout
@@ -99,7 +100,11 @@ def export_page(
         raise ResourceError(
             f"{triangles} triangles exceed the limit of a page ({MOST_TRIANGLES}): export a simpler model"
         )
-    data = _described(scene, camera, casting[0], resolution, filter, Target.RGBA8 if target == "packed" else Target.R8)
+    light = casting[0]
+    level = metered(scene, (light,), "scene")
+    if level:  # as images are exposed by default
+        light = replace(light, intensity=light.intensity * WHITE / level)
+    data = _described(scene, camera, light, resolution, filter, Target.RGBA8 if target == "packed" else Target.R8)
     text = files("glshadow.web").joinpath("page.html").read_text(encoding="utf-8")
     path = as_path("folder", folder) / "index.html"
     try:
@@ -146,7 +151,7 @@ def _described(
     shadow = light.shadow or Shadow()
     bias = (shadow.bias or ReceiverPlaneBias()).derived(filter.reach_texels)
     slots = mapped_slots(light, target, bias, filter, "metric")
-    defines = {**mapped_defines(light, target, bias, filter, False, True), "GLS_OUTPUT": 2}
+    defines = {**mapped_defines(light, target, bias, filter, False, True), "GLS_OUTPUT": 2, "GLS_TONE": 1}
     away = 0.0 if light.at_infinity else float(light.to_light(origin)[1])
     reach = float(np.abs(high - low).max()) + away
     moved = np.eye(4)

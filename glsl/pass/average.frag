@@ -13,9 +13,16 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 2
 #endif
+#ifndef GLS_TONE
+#define GLS_TONE 0
+#endif
+#ifndef GLS_EXPOSED
+#define GLS_EXPOSED 0
+#endif
 #include "lib/per_sample.glsl"
 #include "lib/finish.glsl"
 #include "lib/srgb.glsl"
+#include "lib/tone.glsl"
 #if GLS_OUTPUT == 1
 #include "lib/sample_requests.glsl"
 #include "lib/mixed.glsl"
@@ -46,6 +53,9 @@ void main() {
     pixel = asking != 0u || texelFetch(u_mixed, there, 0).r == MIXED ? pixel : ivec2(-1);
 #endif
     vec4 total = vec4(0.0);
+#if GLS_TONE || GLS_EXPOSED
+    vec3 surfaces = vec3(0.0); // exposed, without the background
+#endif
     for (int i = 0; i < GLS_COLUMNS * GLS_ROWS; i++) {
         vec4 found = texelFetch(u_per_sample, block * BLOCK + ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS), 0);
 #if GLS_OUTPUT == 1
@@ -53,6 +63,9 @@ void main() {
 #else
         vec4 shown = found.a > 0.5 ? finished(found.rgb, found.a > 1.5) : vec4(0.0);
         total += vec4(shown.rgb + u_background.rgb * (1.0 - shown.a), shown.a);
+#if GLS_TONE || GLS_EXPOSED
+        surfaces += exposed(shown.rgb);
+#endif
 #endif
     }
 #if GLS_OUTPUT == 1
@@ -62,7 +75,18 @@ void main() {
 #if GLS_SUM
     imageStore(u_linear, pixel, total);
 #endif
-    vec3 straight = u_background.a > 0.5 ? total.rgb : total.rgb / max(total.a, 1e-6);
-    imageStore(u_image, pixel, vec4(srgb(clamp(straight, 0.0, 1.0)), total.a));
+    bool opaque = u_background.a > 0.5;
+    vec3 shown = opaque ? total.rgb : total.rgb / max(total.a, 1e-6);
+#if GLS_TONE || GLS_EXPOSED
+    surfaces /= float(GLS_COLUMNS * GLS_ROWS) * max(total.a, 1e-6);
+    vec3 mapped = toned(surfaces);
+    vec3 over = opaque ? total.a * mapped + u_background.rgb * (1.0 - total.a) : mapped;
+#if GLS_EXPOSED
+    shown = over;
+#else
+    shown = tone_peak(surfaces) <= TONE_START ? shown : over; // to the bit what it is without a tone map
+#endif
+#endif
+    imageStore(u_image, pixel, vec4(srgb(clamp(shown, 0.0, 1.0)), total.a));
 #endif
 }

@@ -3,7 +3,7 @@
 #define GLS_DERIVATIVES 0 // 1: the face normal from screen derivatives
 #endif
 #ifndef GLS_OUTPUT
-#define GLS_OUTPUT 0 // 0 visibility in all channels, 1 linear light, 2 sRGB
+#define GLS_OUTPUT 0 // 0 visibility in all channels, 1 linear light, 2 sRGB, tone mapped with GLS_TONE
 #endif
 #include <light>
 #include <shadow>
@@ -14,6 +14,7 @@ GLS_VARYING vec3 v_normal_lv;
 #endif
 #if GLS_OUTPUT == 2
 #include "lib/srgb.glsl"
+#include "lib/tone.glsl"
 #endif
 #include "lib/cookie.glsl"
 #include "lib/tint.glsl"
@@ -45,7 +46,7 @@ void main() {
     vec3 radiance = u_radiance * cookie_at(v_position_lv) * transmitted(v_position_lv, normal);
     vec3 sum = u_color * (u_ambient + radiance * (max(cosine, 0.0) * arriving.w * mix(1.0, lit, u_strength)));
 #if GLS_OUTPUT == 2
-    sum = srgb(clamp(sum, 0.0, 1.0));
+    sum = srgb(clamp(toned(exposed(sum)), 0.0, 1.0));
 #endif
     o_color = vec4(sum, 1.0);
 #else

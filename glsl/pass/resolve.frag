@@ -86,6 +86,9 @@
 #ifndef GLS_BUMPED
 #define GLS_BUMPED 0 // 1: some have a normal map
 #endif
+#ifndef GLS_METERED
+#define GLS_METERED 0 // 1: emission is in units of u_white, the light that is shown as white
+#endif
 #include "lib/camera_rays.glsl"
 #if GLS_PER_SAMPLE
 #include "lib/per_sample.glsl"
@@ -101,6 +104,7 @@
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
+#include "lib/tone.glsl"
 #include "lib/surface_number.glsl"
 #if GLS_MARKS
 #include "lib/pixel_footprint.glsl"
@@ -146,6 +150,9 @@
 #if GLS_EMITS
 #include "lib/emission_packing.glsl"
 uniform usampler2D u_emission;
+#if GLS_METERED
+uniform float u_white;
+#endif
 #endif
 
 uniform usampler2D u_surface;
@@ -549,21 +556,26 @@ void main() {
     sum += sent;
 #endif
 #if GLS_EMITS && GLS_FIRST
-    sum += catcher ? vec3(0.0) : unpack_emission(texelFetch(u_emission, pixel, 0).r);
+    vec3 emitted = unpack_emission(texelFetch(u_emission, pixel, 0).r);
+#if GLS_METERED
+    emitted *= u_white;
+#endif
+    sum += catcher ? vec3(0.0) : emitted;
 #endif
 #if GLS_PER_SAMPLE
     // read back by pass/average.frag
     o_color = seen ? vec4(sum, GLS_FIRST == 0 ? 0.0 : catcher ? 2.0 : 1.0) : vec4(0.0);
 #elif GLS_LAST
     vec4 done = finished(sum, catcher);
+    vec3 display = toned(exposed(done.rgb));
 #if GLS_CATCHES
-    vec3 over = done.rgb + u_background * (1.0 - done.a);
-#else
-    vec3 over = done.rgb;
+    vec3 behind = u_background * (1.0 - done.a); // a display's colour: neither exposed nor tone mapped
+    display += behind;
+    done.rgb += behind;
 #endif
-    o_color = vec4(srgb(clamp(over, 0.0, 1.0)), done.a);
+    o_color = vec4(srgb(clamp(display, 0.0, 1.0)), done.a);
 #if GLS_SUM
-    o_linear = vec4(over, done.a);
+    o_linear = done;
 #endif
 #else
     o_color = vec4(sum, 1.0);

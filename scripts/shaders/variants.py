@@ -238,6 +238,14 @@ def _resolve() -> Iterator[Variant]:
         defines = {"GLS_HEMISPHERE": above, "GLS_CATCHES": catches, "GLS_SUM": total}
         if not (per_sample and total):
             yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(PER_SAMPLE if per_sample else {})})
+    for toned, exposed, catches in product((0, 1), (0, 1), (0, 1)):
+        shown: dict[str, int | str] = {"GLS_TONE": toned, "GLS_EXPOSED": exposed, "GLS_CATCHES": catches}
+        yield Variant("pass/resolve.frag", "core330", opened, shown)
+        for dialect in DIALECTS:
+            yield Variant("pass/forward.frag", dialect, opened, {**shown, "GLS_OUTPUT": 2})
+    emits: dict[str, int | str] = {"GLS_EMITS": 1, "GLS_METERED": 1, "GLS_SURFACE": 4, "GLS_COLORS": 2}
+    for more in ({}, {**PER_SAMPLE, "GLS_LAST": 0}):
+        yield Variant("pass/resolve.frag", "core330", opened, {**emits, **more})
     for kind in ONE_VIEW:
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1})
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **PER_SAMPLE})
@@ -276,8 +284,11 @@ def _resolve() -> Iterator[Variant]:
         for (channels, colors), parallel in product(_SURFACES, (0, 1)):
             defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, "GLS_ORTHO": parallel}
             yield Variant("pass/fill.frag", "core400", {}, {**defines, **block})
-        for output, catches, total in product((0, 1), (0, 1), (0, 1)):
+        for output, catches, total, (toned, exposed) in product(
+            (0, 1), (0, 1), (0, 1), ((0, 0), (1, 0), (0, 1), (1, 1))
+        ):
             choices = {"GLS_OUTPUT": output, "GLS_CATCHES": catches, "GLS_SUM": total}
+            choices |= {"GLS_TONE": toned, "GLS_EXPOSED": exposed}
             yield Variant("pass/average.frag", "core430", {}, {**choices, **block})
     for first, marked, neighbors, every in product((0, 1), (0, 1), (0, 1), (0, 1)):
         if not (marked and every):

@@ -105,7 +105,9 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"cameras": [{"fov_y": 300}]}, "fov_y must be"), ({"cameras": 1}, "cameras must be a list"), ({"cameras": [3]}, "must be an object"),
     ({"shadow": {"filter": "pfc"}}, "is not a filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),
     ({"shadow": {"target": "r9"}}, "target"),
-    ({"background": [2, 0, 0]}, "background must be"), ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
+    ({"background": [2, 0, 0]}, "background must be"),
+    ({"exposure": "bright"}, "exposure must be"), ({"tone": 1}, "tone must be"),
+    ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
     ({"orbit": 2, "cameras": [{}, {}], "output": "{}.png"}, "cannot be combined"),
 ]  # fmt: skip
 

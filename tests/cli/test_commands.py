@@ -170,9 +170,25 @@ def test_strength_ambient_background(folder):
     dark, pale = (_rendered("--strength", strength) for strength in ("1", "0"))
     assert dark.mean() < pale.mean() - 1.0
     assert _rendered("--ambient", "0.5").mean() > dark.mean() + 1.0
-    red = _rendered("--ambient", "1,0,0", "--light", "sun:0,1,0")  # from below: the ground receives ambient light only
+    # from below: the ground receives ambient light only
+    red = _rendered("--ambient", "1,0,0", "--light", "sun:0,1,0", "--tone", "none")
     assert (red[-1, 48] == (255, 0, 0)).all()
     assert (_rendered("--background", "1,0.5,0")[0, 0] == (255, 128, 0)).all()
+
+
+def test_exposure_and_tone(folder):
+    """Of the lights: two stops more are four times the light, and lights in lux are metered."""
+    dim, strong = (("--ambient", "0", "--light", f"sun:0,-1,0:intensity={i}") for i in (0.1, 1e5))
+    white = ("--light", "sun:0,-1,0:intensity=0.8", "--ambient", "0")
+    np.testing.assert_array_equal(
+        _rendered(*dim, "--exposure", "2"), _rendered(*dim[:3], f"{dim[3]}".replace("0.1", "0.4"))
+    )
+    np.testing.assert_array_equal(_rendered(*strong, "--exposure", "auto"), _rendered(*white))
+    np.testing.assert_array_equal(_rendered(*strong[:3], f"{strong[3]}:photometric=on"), _rendered(*white))
+    assert (_rendered(*strong)[-1, 48] > 253).all()
+    report = facts("render", *SMALL, *strong, "--exposure", "auto", "--tone", "none")
+    assert (report["exposure"], report["tone"]) == (pytest.approx(np.log2(0.8e-5)), "none")
+    assert "a number of stops" in run("render", *SMALL, "--exposure", "99", code=2).output
 
 
 def _rendered(*arguments: str) -> np.ndarray:
@@ -319,7 +335,7 @@ def test_measure(folder):
     result = run("measure", *SMALL, "-o", "error.png")
     assert result.stdout.startswith("light 0: wrong ")
     assert pixels("error.png").shape == (54, 3 * 96 + 8, 3)
-    run("render", *SMALL, "-o", "ours.png", "--samples", "1")
+    run("render", *SMALL, "-o", "ours.png", "--samples", "1", "--tone", "none")
     ours = pixels("error.png")[:, 96 + 4 : 2 * 96 + 4].astype(int)
     # The same shading: float32 light composed again, and rounded once more
     assert np.abs(ours - pixels("ours.png")).max() <= 1

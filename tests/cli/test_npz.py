@@ -16,6 +16,7 @@ from glshadow.errors import GlshadowError, SettingsError
 
 SMALL = ("--size", "64x48", "--samples", "1", "--backend", "egl")
 CAMERA = {"K", "R", "t", "near", "far", "nodes"}
+SHOWN = {"exposure", "tone"}  # with the image
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +36,8 @@ def test_default_outputs_equal_the_frame() -> None:
     scene = gs.scenes.courtyard()
     frame = gs.render(scene, size=(64, 48), samples=1, outputs=STORED)
     with np.load("frame.npz", allow_pickle=False) as file:
-        assert set(file) == {*STORED, *CAMERA}
+        assert set(file) == {*STORED, *CAMERA, *SHOWN}
+        assert (float(file["exposure"]), str(file["tone"])) == (0.0, "neutral")
         for name in STORED:
             np.testing.assert_array_equal(file[name], frame.outputs[name])
             assert file[name].dtype == frame.outputs[name].dtype
@@ -104,7 +106,7 @@ def test_batch() -> None:
     ]
     Path("jobs.jsonl").write_text("\n".join(map(json.dumps, jobs)))
     run("batch", "jobs.jsonl", "-o", "out", "--processes", "1")
-    names = [set(np.load(f"out/{name}.npz", allow_pickle=False)) - CAMERA for name in "abc"]
+    names = [set(np.load(f"out/{name}.npz", allow_pickle=False)) - CAMERA - SHOWN for name in "abc"]
     assert names[:2] == [set(STORED), {"depth"}]
     assert names[2] > {*STORED, "depth_metric"}
 

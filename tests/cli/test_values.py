@@ -25,6 +25,7 @@ def test_help_lists_match_the_settings():
             gs.PointLight(position=(0, 2, 0), intensity=2, color=(1, 0.9, 0.8), range=10, falloff=2, radius=0.1),
         ),
         ("point:0,2,0:shadow=off", gs.PointLight(position=(0, 2, 0), shadow=None)),
+        ("point:0,2,0:photometric=on", gs.PointLight(position=(0, 2, 0), photometric=True)),
         ("spot:0,9,0:0,-1,0.5", gs.SpotLight(position=(0, 9, 0), direction=(0, -1, 0.5))),
         (
             "spot:0,9,0:0,-1,0:45:10",
@@ -139,10 +140,12 @@ def test_view_counts():
     assert values.ambient("0,0.5,1") == ((0.0, 0.5, 1.0), (0.0, 0.5, 1.0))
     assert values.ambient("0,0.5,1/0.1") == ((0.0, 0.5, 1.0), 0.1)
     assert (values.background("none"), values.background("0,0.5,1")) == (None, (0.0, 0.5, 1.0))
+    assert [values.exposure(text) for text in ("none", "auto", "scene", "-2.5")] == [None, "auto", "scene", -2.5]
     assert values.samples("16") == 16
     assert values.overlays("grid, map") == ("grid", "map")
     refused = {
-        values.ambient: ("-1", "1/2/3", "1/-1"), values.samples: ("2", "x"), values.background: ("clear",), values.color: ("0,0,2",),
+        values.ambient: ("-1", "1/2/3", "1/-1"), values.samples: ("2", "x"), values.background: ("clear",),
+        values.exposure: ("65", "bright"), values.color: ("0,0,2",),
         values.plane: ("0",), values.resolution: ("0", "2.5", "20000"), values.strength: ("1.1",), values.fov: ("180",),
         values.overlays: ("map,,grid",),
     }  # fmt: skip

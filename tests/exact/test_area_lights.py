@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -16,12 +15,6 @@ from glshadow.scenes import shapes
 SIZE = (120, 90)
 OUTPUTS = ("visibility", "triangle", "linear", "position", "normal")
 RECT = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=1.5, height=0.8, intensity=3.0)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def floor(half: float = 2.0) -> gs.Scene:

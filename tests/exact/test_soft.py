@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,12 +20,6 @@ LIGHTS: dict[str, gs.Light] = {
     "spot": gs.SpotLight(position=(4.0, 6.0, 4.0), direction=(-4.0, -6.0, -4.0), outer_angle=40.0, radius=0.3),
     "point": gs.PointLight(position=(1.5, 3.0, 1.0), radius=0.2),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 AT_EDGES = 3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +18,6 @@ HEIGHT = 2.0  # height of the casters above the floor
 HALF = 0.1  # half width of the light, as a tangent seen from below
 
 Exact = Callable[[np.ndarray, np.ndarray], np.ndarray]  # places on the floor, in units of the penumbra's half width
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def beyond(x: float | np.ndarray) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -13,12 +11,6 @@ from glshadow.scenes import shapes
 SIDE, REPEATS = 64, 6  # texels of the image, and how often the leaf repeats it
 SUN = gs.DirectionalLight(direction=(1.0, -1.0, 0.0))
 SIZE = (192, 192)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def leaf_over_ground() -> tuple[gs.Scene, gs.Camera, float]:

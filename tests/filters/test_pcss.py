@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -16,12 +15,6 @@ HALF = 0.05  # tangent of the directional light's half angle
 ANGLE = 2.0 * float(np.degrees(np.arctan(HALF)))
 SUN = gs.DirectionalLight(direction=(0, -1, 0), angle=ANGLE)
 HEIGHT = 1.0
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def scene_of(*sheets: tuple[float, float, float]) -> gs.Scene:

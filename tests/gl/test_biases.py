@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -17,12 +15,6 @@ GROUND = gs.Scene((gs.Node(gs.Mesh(*shapes.rectangle((-9, 0, 9), (18, 0, 0), (0,
 FILTERS: tuple[gs.Filter, ...] = (gs.Hard(), gs.Pcf(1), gs.Pcf(4), gs.Disc(), gs.Poisson())
 LIT = 1.0 - 1e-6  # up to 81 weights, summed in float32
 DERIVED = (gs.SlopeScaledBias(), gs.NormalOffsetBias())
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def drawn(renderer: gs.Renderer, tilt: float, filter_: gs.Filter, bias: gs.Bias) -> tuple[Array, gs.Used]:

@@ -39,12 +39,6 @@ def either(request: pytest.FixtureRequest) -> Iterator[Renderer]:
 
 
 @pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as renderer:
-        yield renderer
-
-
-@pytest.fixture(scope="module")
 def courtyard() -> gs.Scene:
     return gs.scenes.courtyard()
 

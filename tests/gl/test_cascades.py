@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +17,6 @@ SUN = gs.DirectionalLight(direction=(0.8, -0.6, 0.0))
 FITS: tuple[gs.Fit, ...] = (
     gs.Cascades(), gs.Cascades(2), gs.Cascades(8), gs.Cascades(4, by_depth=True), gs.Cascades(3, 0.5, 0.3, stable=True), gs.Lispsm(),
 )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -23,12 +22,6 @@ LIGHTS: dict[str, gs.DirectionalLight | gs.SpotLight] = {
     "sun": gs.DirectionalLight(cookie=gs.Cookie(image=IMAGE, repeat=True, size=3.0)),
     "clamped sun": gs.DirectionalLight(cookie=gs.Cookie(image=IMAGE, size=5.0)),
 }  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def looked_up(light: gs.DirectionalLight | gs.SpotLight, points: Array) -> tuple[Array, Array]:

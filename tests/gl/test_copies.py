@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import translation
@@ -22,12 +20,6 @@ SIZE = (96, 64)
 CAMERA = gs.PerspectiveCamera((2.0, 3.0, 4.0), (0.0, 0.3, 0.0))
 SUN = gs.DirectionalLight(direction=(-0.4, -1.0, -0.3))
 OUTPUTS = ("image", "visibility", "triangle", "depth", "shadow_maps")
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as made:
-        yield made
 
 
 def parts() -> tuple[Node, Node]:

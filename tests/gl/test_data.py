@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -11,12 +9,6 @@ import glshadow as gs
 
 SIZE = (320, 180)
 OUTPUTS = ("depth", "triangle", "node", "normal", "position")
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def scene() -> gs.Scene:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -13,12 +12,6 @@ from glshadow.core.spaces import project
 from glshadow.scenes import shapes
 
 SIZE = (160, 120)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 @pytest.mark.parametrize("falloff", [0.0, 0.3, 1.0])

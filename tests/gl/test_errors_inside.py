@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 
 import moderngl
 import numpy as np
@@ -16,12 +15,6 @@ from glshadow.renderer import Renderer
 SIZE = (64, 48)
 LIGHT = gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Pcf(1), resolution=64))
 OTHER = gs.DirectionalLight(direction=(0.3, -1.0, 0.2), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=64))
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

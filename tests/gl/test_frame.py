@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +14,6 @@ from glshadow.core.outputs import CENTRES, NAMES, OUTPUTS, Of
 
 SIZE = (48, 32)
 FAR_FROM_ORIGIN = np.array([1e6, -3e5, 2e6])
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

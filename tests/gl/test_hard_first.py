@@ -5,7 +5,6 @@ Every pixel with N.L > 0 for the geometric normal is tested, and not one may be 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -39,12 +38,6 @@ BALL_VIEWS = {
     "top": PerspectiveCamera((0.2, 3.0, 0.1), (0.0, 0.0, 0.0)),
     "close": PerspectiveCamera((-0.8, 0.5, 1.0), (0.0, 0.0, 0.0)),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,12 +29,6 @@ COLORS = (
     (0.9, 0.9, 0.2, 0.15),
     (0.3, 0.6, 0.6, 0.8),
 )
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def material(color: Sequence[float], **more: object) -> gs.Material:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +21,6 @@ HEAD_ON = gs.DirectionalLight(direction=(0.0, 0.0, -1.0))
 UV = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=np.float32)
 PACKED = 3e-3
 """Colours are stored by 11 bits of their square root, emission by 9 bits of it: 2 / 1023 at 1; materials and normals by 8 and 16 bits."""
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def square(material: gs.Material, turn: Array | None = None, **more: Any) -> gs.Scene:
@@ -53,7 +46,7 @@ def texels(*row: tuple[int, int, int]) -> np.ndarray:
 
 @pytest.mark.parametrize("samples", [1, 4])
 def test_files_with_one_right_picture(renderer: gs.Renderer, models: Path, samples: int) -> None:
-    look: dict[str, Any] = {"ambient": 1.0, "background": (0, 0, 0), "samples": samples}
+    look: dict[str, Any] = {"ambient": 1.0, "background": (0, 0, 0), "samples": samples, "tone": "none"}
     red, green = [255, 0, 0], [0, 255, 0]
     # uv from -.5 to 1.5 over the texels red, green; clamped
     image = renderer.render(of_case(models, "wrap_clamp"), FRONT, [], SIZE, **look).image

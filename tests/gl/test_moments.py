@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -30,12 +29,6 @@ MOMENTS = [each for each in variants.MOMENTS if isinstance(each, MomentFilter)]
 DTYPES = {"f4": np.float32, "f2": np.float16, "nu2": np.uint16}
 PRECISIONS = {"f4": 2.0**-22, "f2": 2.0**-9, "nu2": 2.0**-15}
 """Relative error of a mean of (2 R + 1)^2 that is rounded after each of two passes; relative to the maximum (exp: to itself)."""
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def rendered(

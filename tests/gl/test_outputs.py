@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -24,12 +23,6 @@ LIGHTS = {
 @pytest.fixture(scope="module")
 def scene() -> gs.Scene:
     return gs.scenes.courtyard()
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def bits(values: np.ndarray | tuple[np.ndarray, ...]) -> bytes:

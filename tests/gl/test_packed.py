@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -24,12 +23,6 @@ DEPTH_TEST = 2e-5
 """Error of the metric: at silhouettes, where front and back meet, a third of a float depth buffer confuses the two."""
 SNAPPED = 12
 """Texels of four million that show another surface: GL may order two at the same depth in either way."""
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def with_shadow(lights: tuple[gs.Light, ...], **more: object) -> tuple[gs.Light, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +14,6 @@ LIGHTS = (
     gs.PointLight(position=(0.0, 6.0, 0.0)),
     gs.SpotLight(position=(0.0, 2.5, 1.0), direction=(-0.4, -0.1, -1.0), outer_angle=50.0),
 )
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

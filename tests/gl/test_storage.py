@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -29,12 +27,6 @@ CAMERA = PerspectiveCamera(position=(4.0, 6.0, 7.0), target=(0.0, 0.5, 0.0))
 KINDS = ("directional", "spot", "point")
 
 CELLS = {"kind": KINDS, "clip": CLIP_SPACES, "target": list(Target)}
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as renderer:
-        yield renderer
 
 
 def scene_of(*solids: shapes.Solid) -> tuple[Scene, Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -26,12 +25,6 @@ WIRES = (200, 150)
 SUN = gs.DirectionalLight(direction=(-0.55, -0.8, -0.25))
 SPOT = gs.SpotLight(position=(6.0, 9.0, 5.0), direction=(-6.0, -9.0, -5.0), inner_angle=44.0, outer_angle=45.0)
 POINT = gs.PointLight(position=(0.5, 2.2, 0.8))
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

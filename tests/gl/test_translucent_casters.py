@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,12 +20,6 @@ LIGHTS: dict[str, gs.Light] = {
     "spot": gs.SpotLight(position=(-2.0, 6.0, 0.0), direction=(0.3, -1.0, 0.0), inner_angle=50.0, outer_angle=50.0),
     "point": gs.PointLight(position=(-2.0, 5.0, 0.2)),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def node(

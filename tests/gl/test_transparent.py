@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,12 +23,6 @@ LIGHTS: dict[str, tuple[gs.Light, ...]] = {
 }
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
-
-
 def scene_of(catches: bool, lights: tuple[gs.Light, ...], body: bool = True) -> gs.Scene:
     """A box above a white plane that fills the image."""
     plane = gs.Mesh(*shapes.rectangle((-30, 0, 30), (60, 0, 0), (0, 0, -60)))
@@ -45,10 +39,10 @@ def test_catcher_over_the_unshadowed_plane_gives_the_shadowed_plane(
     renderer: gs.Renderer, name: str, samples: int, strength: float
 ) -> None:
     lights = tuple(replace(light, shadow=gs.Shadow(strength=strength)) for light in LIGHTS[name])
-    outputs = ("image", "linear", "alpha")
-    wanted = renderer.render(scene_of(False, lights), size=SIZE, outputs=outputs, samples=samples)
-    below = renderer.render(scene_of(False, lights, body=False), size=SIZE, outputs=outputs, samples=samples)
-    caught = renderer.render(scene_of(True, lights), size=SIZE, outputs=outputs, background=None, samples=samples)
+    given: Any = {"size": SIZE, "outputs": ("image", "linear", "alpha"), "samples": samples, "tone": "none"}
+    wanted = renderer.render(scene_of(False, lights), **given)
+    below = renderer.render(scene_of(False, lights, body=False), **given)
+    caught = renderer.render(scene_of(True, lights), background=None, **given)
     assert caught.image.shape == (SIZE[1], SIZE[0], 4)
     light = caught.linear[..., :3] + (1.0 - caught.linear[..., 3:]) * below.linear
     # with several samples the mean of products is not the product of means where the light changes within a pixel

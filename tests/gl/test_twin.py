@@ -6,7 +6,7 @@ and almost everywhere the two are the same number.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -61,12 +61,6 @@ DEPTH, METRIC = Target.DEPTH32F, Target.R32F
 
 def named(value: Any) -> str:
     return value.value if isinstance(value, Target) else str(value)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

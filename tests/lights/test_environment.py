@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import pickle
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,12 +23,6 @@ SIZE = (96, 54)
 OUTPUTS = ("linear", "visibility", "triangle", "position", "normal")
 CELL = np.pi / 128
 """Of the irradiance table, radians."""
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

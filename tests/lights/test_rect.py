@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +11,6 @@ import glshadow as gs
 
 RECT = gs.RectLight(position=(2.0, 4.0, 1.0), direction=(-2.0, -4.0, -1.0), width=1.0, height=0.6)
 SIZE = (96, 54)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 @pytest.mark.parametrize("name", ["radius", "falloff", "near", "far", "cookie", "angle"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,16 +13,10 @@ from glshadow.ui.showing import Showing
 SIZE = (96, 54)
 
 
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
-
-
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"near": 1.0}, r"SkyLight has no near=1\.0; it takes color, intensity, shadow, direction"),
+        ({"near": 1.0}, r"SkyLight has no near=1\.0; it takes color, intensity, shadow, photometric, direction"),
         ({"far": 9.0}, "SkyLight has no far"),
         ({"angle": 3.0}, "SkyLight has no angle"),
         ({"cookie": None}, "SkyLight has no cookie"),

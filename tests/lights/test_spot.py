@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -25,12 +24,6 @@ SHADOWS = {
     "metric": gs.Shadow(filter=gs.Pcf(1), target=gs.Target.R32F, resolution=256),
     "many maps": gs.Shadow(filter=gs.LightSamples(16), resolution=256),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def floor(*more: gs.Node) -> gs.Scene:

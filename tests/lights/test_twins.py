@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -27,12 +26,6 @@ EXAMPLES: dict[type[Light], Light] = {
     gs.EnvironmentLight: gs.EnvironmentLight(SURROUNDINGS, turn=20.0, direction=(0.2, -1.0, 0.1)),
 }
 each_light = pytest.mark.parametrize("light", EXAMPLES.values(), ids=lambda light: light.spelling)
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def test_every_kind_has_an_example() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -83,12 +83,6 @@ def test_settings(function: Callable[..., Any], arguments: dict[str, Callable[[]
     if function not in (image.read, gs.read_colmap):  # which have nothing to read
         function(**{key: value() for key, value in arguments.items()})
     assert faults(function, arguments, name) == []
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 @pytest.fixture(scope="module")

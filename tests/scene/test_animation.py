@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
+from glshadow.arguments import metered
 from glshadow.core.spaces import Array
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
 from glshadow.io.gltf.animation import Track, slerp
@@ -238,8 +240,6 @@ def test_times_in_any_order_give_the_same(tmp_path: Path) -> None:
 
 def test_moved_nodes_and_other_settings(tmp_path: Path) -> None:
     """A node that the user has removed, one that he has marked, and a camera and lights of his own."""
-    from dataclasses import replace
-
     nodes = [{"mesh": 0, "name": "a"}, {"mesh": 0, "name": "b"}]
     values = [[0, 0, 0], [0, 0, 4]]
     scene = scene_of(
@@ -270,6 +270,13 @@ def test_camera_and_lights_follow_their_nodes(tmp_path: Path) -> None:
     assert now.camera.position == (2.0, 0.0, 5.0)
     assert now.lights[0].position == (0.0, 5.0, 0.0)
     assert now.lights[0].intensity == 2
+    assert now.lights[0].photometric
+    # exposed by the light of the scene at rest: an animation does not flicker
+    level = metered(scene, scene.lights, "scene")
+    assert level is not None
+    assert metered(now, now.lights, "scene") == level == metered(now.at(2.0), now.at(2.0).lights, "scene")
+    own = tuple(replace(light, position=(0.0, 5.5, 0.0)) for light in now.lights)
+    assert metered(now, own, "scene") != level
     assert scene.framed([0, 1]).camera is scene.camera
     up = scene_of(file, tmp_path, up_axis="z").at(1.0)
     np.testing.assert_allclose(up.camera.position, (2, 5, 0), atol=EXACT)

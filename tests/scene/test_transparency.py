@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +23,6 @@ SQUARE = [[-1, 1, 1], [1, 1, 1], [1, 1, -1], [-1, 1, -1]]
 def cases(models: Path) -> Path:
     """Folder of the cases."""
     return models.parent / "cases" / "meant"
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def loaded(tmp_path: Path, material: dict[str, Any], uv: bool = False, **top: Any) -> gs.Scene:

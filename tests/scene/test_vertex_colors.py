@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,12 +38,6 @@ RAINBOW = np.array([[1.0, 0.0, 0.25, 1.0], [0.0, 1.0, 0.5, 1.0], [0.125, 0.0, 1.
 SRGB = np.array([[255, 0, 137, 255], [0, 255, 188, 128], [99, 0, 255, 0]], dtype=np.uint8)  # 137, 188, 99: see LINEAR
 # IEC 61966-2-1: ((byte / 255 + 0.055) / 1.055) ** 2.4; alpha is linear
 LINEAR = np.array([[1, 0, 0.2501583, 1], [0, 1, 0.5028865, 128 / 255], [0.1247718, 0, 1, 0]])
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as made:
-        yield made
 
 
 def drawn(renderer: Renderer, *meshes: Mesh) -> Array:

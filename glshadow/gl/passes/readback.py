@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
-from glshadow.core.srgb import srgb_from_linear
+from glshadow.derive.look import Look
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
 from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.scene.capsules import surface_points
@@ -40,18 +40,15 @@ def read_means(outputs: Collection[str], targets: CameraTargets, lights: int, tr
 
 
 def average_samples(
-    outputs: Collection[str], fine: dict[str, Any], block: tuple[int, int], transparent: bool
+    outputs: Collection[str], fine: dict[str, Any], block: tuple[int, int], look: Look
 ) -> dict[str, Any]:
     """What `read_means` gives, for an image whose samples were all drawn as pixels of a larger one; `fine` has linear and alpha."""
     light = _box_mean(np.concatenate([fine["linear"][..., :3], fine["alpha"][..., None]], axis=-1), block)
-    alpha = light[..., 3]
-    straight = light[..., :3] / np.maximum(alpha, 1e-6)[..., None] if transparent else light[..., :3]
-    display = np.concatenate([srgb_from_linear(np.clip(straight, 0.0, 1.0)), alpha[..., None]], axis=-1)
-    shown = 4 if transparent else 3
+    shown = 4 if look.background is None else 3
     results: dict[str, Any] = {
-        "image": np.rint(255.0 * display[..., :shown]).astype(np.uint8),
+        "image": look.encoded(light),
         "linear": light[..., :shown].astype(np.float32),
-        "alpha": alpha.astype(np.float32),
+        "alpha": light[..., 3].astype(np.float32),
     }
     if "visibility" in outputs:
         seen = ~np.isnan(fine["visibility"])

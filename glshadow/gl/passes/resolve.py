@@ -39,6 +39,8 @@ class Share:
         Linear: seen through shadow catchers.
     tint : Tint, optional
         Translucent casters that colour the light.
+    tone, white, scale
+        As of `Look`.
     """
 
     light: Light
@@ -48,6 +50,14 @@ class Share:
     ambient: Array
     background: Array
     tint: Tint | None = None
+    tone: str = "none"
+    white: float = 1.0
+    scale: float = 1.0
+
+    @property
+    def tone_defines(self) -> dict[str, int | str]:
+        """Defines of lib/tone.glsl."""
+        return {"GLS_TONE": int(self.tone != "none"), "GLS_EXPOSED": int(self.scale != 1.0)}
 
 
 def colors_of(scene: GpuScene) -> int:
@@ -80,11 +90,13 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
             "GLS_SUM": int(last and targets.linear is not None and per_sample is None),
             "GLS_CATCHES": int(scene.catches),
             "GLS_COOKIE": int(light.projected is not None),
+            "GLS_METERED": int(first and scene.features.emits and share.white != 1.0),
+            **(share.tone_defines if last and per_sample is None else {}),
             **(share.tint.defines if share.tint else {}),
             **(receiver.marks if per_sample is None and targets.samples > 1 else {}),
         },
     )
-    program.set(u_sampled=targets.sampled)
+    program.set(u_sampled=targets.sampled, u_exposure=share.scale, u_white=share.white)
     # each pixel shows the surface of one of its samples and is shaded at that sample's position
     _set(program, frame, share, (0.0, 0.0) if per_sample else targets.aside)
     program.bind(**_surface(frame), **receiver.textures)

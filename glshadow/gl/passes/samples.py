@@ -117,7 +117,7 @@ class Samples:
                 if wanted:
                     self._average(frame, per_sample, number)
             over = (*(np.zeros(3) if transparent else background), float(not transparent))
-            self._average(frame, per_sample, -1, over)
+            self._average(frame, per_sample, -1, over, shares[-1])
         return count
 
     def _collect(self, frame: FrameContext, shares: Sequence[Share]) -> int:
@@ -164,16 +164,23 @@ class Samples:
         succeed(self._block_buffer, *old)
 
     def _average(
-        self, frame: FrameContext, per_sample: PerSample, light: int, background: tuple[float, ...] = (0.0,) * 4
+        self,
+        frame: FrameContext,
+        per_sample: PerSample,
+        light: int,
+        background: tuple[float, ...] = (0.0,) * 4,
+        share: Share | None = None,
     ) -> None:
         """Average the visibility of one light, or the image for -1."""
         targets, ctx = frame.targets, self._context.ctx
         program = frame.programs.get(
             "pass/resolve.vert", "pass/average.frag", "core430",
             defines={**per_sample.defines, "GLS_OUTPUT": int(light >= 0), "GLS_CATCHES": int(frame.scene.catches),
-                     "GLS_SUM": int(targets.linear is not None)},
+                     "GLS_SUM": int(targets.linear is not None), **(share.tone_defines if share else {})},
         )  # fmt: skip
-        program.set(**per_sample.uniforms, u_background=background, u_light=light)
+        program.set(
+            **per_sample.uniforms, u_background=background, u_light=light, u_exposure=share.scale if share else 1.0
+        )
         program.bind(u_pixels=per_sample.pixels, u_per_sample=self._visible if light >= 0 else self._sums, u_mixed=targets.mixed,
                      u_requests=self._requests)  # fmt: skip
         if light >= 0:

@@ -26,7 +26,7 @@ EXTENSIONS: dict[str, Feature] = {
     "KHR_draco_mesh_compression": Feature(DRAWN, "with `pip install DracoPy`; refused without"),
     "KHR_gaussian_splatting": Feature(LEFT_OUT, "splats"),
     "KHR_interactivity": _NOTHING,
-    "KHR_lights_punctual": Feature(DRAWN, "a spot's cone up to 89 degrees from its axis"),
+    "KHR_lights_punctual": Feature(DRAWN, "a spot's cone up to 89 degrees from its axis; candela and lux are exposed"),
     "KHR_materials_anisotropy": Feature(LEFT_OUT, "stretched highlights"),
     "KHR_materials_clearcoat": Feature(LEFT_OUT, "the coat"),
     "KHR_materials_diffuse_transmission": Feature(LEFT_OUT, "light that comes through, diffusely"),

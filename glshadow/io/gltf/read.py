@@ -250,14 +250,17 @@ def _lights(document: Document, named: list[Named]) -> list[LightAt]:
 
 def _light(light: dict[str, Any], name: str, matrix: Array, notes: list[str] | None = None) -> Light:
     """KHR_lights_punctual: shines along -z; candela for spot and point (hence falloff 2), lux for directional."""
-    color, intensity = tuple(float(x) for x in light.get("color", (1.0, 1.0, 1.0))), float(light.get("intensity", 1.0))
+    color: Any = tuple(float(x) for x in light.get("color", (1.0, 1.0, 1.0)))
+    intensity = float(light.get("intensity", 1.0))
     position, direction = tuple(matrix[:3, 3].tolist()), tuple((-matrix[:3, 2]).tolist())
     reach = None if light.get("range") is None else float(light["range"])
     kind = light.get("type")
     if kind == "directional":
-        return DirectionalLight(direction=direction, color=color, intensity=intensity)  # type: ignore[arg-type]
+        return DirectionalLight(direction=direction, color=color, intensity=intensity, photometric=True)
     if kind == "point":
-        return PointLight(position=position, color=color, intensity=intensity, range=reach, falloff=2.0)  # type: ignore[arg-type]
+        return PointLight(
+            position=position, color=color, intensity=intensity, range=reach, falloff=2.0, photometric=True
+        )
     if kind != "spot":
         raise SceneError(f"light {name!r} must be directional, point or spot, got {kind!r}")
     cone = as_object(light.get("spot", {}), f"light {name!r}")
@@ -271,8 +274,9 @@ def _light(light: dict[str, Any], name: str, matrix: Array, notes: list[str] | N
     return SpotLight(
         position=position,
         direction=direction,
-        color=color,  # type: ignore[arg-type]
+        color=color,
         intensity=intensity,
+        photometric=True,
         inner_angle=inner,
         outer_angle=outer,
         range=reach,
