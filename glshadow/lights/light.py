@@ -73,10 +73,8 @@ class Light(Settings, ABC):
     ----------
     spelling : str
         Its name on the command line, in batches and in reports.
-    usage : str
-        How it is written on the command line.
-    summary : str
-        A short description for the command line's help.
+    usage, summary : str
+        How it is written on the command line; a short description for its help.
     by_place : tuple of str
         Settings that the command line reads by position; all others are written `key=value`.
     places : (2,) ints
