@@ -121,7 +121,7 @@ def sets_of(lights: Sequence[Light], per_channel: bool, fine: bool) -> tuple[NDA
 def rows_of(
     found: DirectionViews, lights: Sequence[Light], axes: Array, per_channel: bool, fine: bool
 ) -> NDArray[np.float32]:
-    """Rows (S, L, 3 or 4, 4) of lib/directions.glsl, in a frame with axes (3, 3).
+    """Rows (S, L, 3 or 4, 4) of lib/directionmaps.glsl, in a frame with axes (3, 3).
 
     Right and up, each with the texel of `middle`; width and height of a texel in world units, corner of the tile; the colour for which the
     direction stands, if the light differs by channel.

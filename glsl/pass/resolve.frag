@@ -63,7 +63,7 @@
 #define GLS_ALONE 0 // 1: writes only the visibility
 #endif
 #ifndef GLS_DIRECTIONS
-#define GLS_DIRECTIONS 0 // with GLS_ALONE: writes the sums of lib/directions.glsl, and the surface's plane
+#define GLS_DIRECTIONS 0 // with GLS_ALONE: writes the sums of lib/directionmaps.glsl, and the surface's plane
 #endif
 #ifndef GLS_PATTERN
 #define GLS_PATTERN 0 // 1: <shadow> is receiver/precomputed.glsl, and takes means over neighbouring pixels
@@ -139,7 +139,7 @@
 #include "lib/smooth_point.glsl"
 #endif
 #if GLS_DIRECTIONS
-#include "lib/directions.glsl"
+#include "lib/directionmaps.glsl"
 #endif
 #if GLS_MATERIAL
 #include "lib/material_packing.glsl"

@@ -133,13 +133,15 @@ def error(scene: gs.Scene, camera: gs.Camera, frame: gs.Frame, share: float = 1.
 
 
 def test_corner_matches_rays_and_has_no_steps(renderer: gs.Renderer) -> None:
-    """Between two pixels of the floor, light changes by .004; a direction is 1/256, one at the zenith twice that. Of 64 directions: .02."""
+    """Between two pixels of the floor, light changes by .004; a direction is 1/256, one at the zenith twice that, and the mean over pixels
+    halves its step. Of 128 directions: .0124."""
     camera = gs.OrthographicCamera((0.0, 10.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=3.9)
     frame = renderer.render(corner(), camera, [sky()], (256, 256), samples=1, outputs=ALL)
     assert error(corner(), camera, frame, share=0.015) < 0.005
     for axis in (0, 1):
         steps = np.abs(np.diff(frame.visibility[0], axis=axis))
-        assert steps[16:, 16:-16].max() < 0.004 + 2.0 / 256.0  # half a texel from the walls, light changes faster
+        # at the walls, light changes faster; now and then the shadows of two directions end at one pixel
+        assert np.percentile(steps[16:, 16:-16], 99.0) < 0.004 + 1.5 / 256.0
 
 
 CARD = gs.Mesh(
@@ -174,7 +176,7 @@ def test_every_kind_of_caster_casts(renderer: gs.Renderer, older: gs.Renderer, k
         assert np.nanmean(frame.visibility[0]) < 0.93
         if kind == "points":  # which are not traced
             truth = drawer.render(scene, CLOSE, [EXACT], (48, 27), samples=1)
-            assert np.nanmean(np.abs(frame.visibility - truth.visibility)) < 0.008
+            assert np.nanmean(np.abs(frame.visibility - truth.visibility)) < 0.015  # of 64 directions
         else:
             assert error(scene, CLOSE, frame) < 0.006
 

@@ -38,7 +38,7 @@ class DirectionMaps(SizeFilter):
 
     spelling = "directionmaps"
     needs = Needs.DIRECTIONS
-    snippet = "lib/directions.glsl"
+    snippet = "lib/directionmaps.glsl"
     summary = "COUNT small maps of a sky or environment light's directions, sampled in one pass"
     source = "Pharr, Green 2004"
     fails = "loses what is smaller than a texel, 1/128 of the scene"
