@@ -6,7 +6,6 @@ Times are processor times, the least of alternating rounds in one process, read-
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,14 +22,31 @@ RAYS, PIXELS = 1024, 4000
 FILTERS: dict[str, gs.Filter] = {"maps": gs.DirectionMaps(), "exact 64": gs.Exact()}
 
 
-def _seconds(work: Callable[[], Any]) -> float:
-    start = time.process_time()
-    work()
-    return time.process_time() - start
-
-
 def _sky(filter: gs.Filter | None, k: float = 0.0) -> gs.SkyLight:
     return gs.SkyLight(direction=(1e-3 * k, -1.0, 0.0), shadow=gs.Shadow(filter=filter))
+
+
+def _ratios(scene: gs.Scene, rounds: int) -> dict[str, float]:
+    """Seconds of a hard frame with a moving light, and frames of the sky over it."""
+    taken: dict[str, list[float]] = {"hard": [], "drawn": [], "kept": [], "exact": []}
+    with gs.Renderer() as hard, gs.Renderer() as maps, gs.Renderer() as exact:
+        cameras = list(gs.orbit(maps.render(scene, None, [_sky(None)], SIZE, samples=1).camera, 360))
+        for k in range(-1, rounds):
+            drawn, own = _sky(FILTERS["maps"], k), _sky(FILTERS["exact 64"], k)
+            jobs: dict[str, tuple[gs.Renderer, gs.Camera | None, gs.Light]] = {
+                "hard": (hard, None, turned_sun(scene, k, gs.Shadow())),
+                "drawn": (maps, None, drawn),
+                "kept": (maps, cameras[k % 9 + 1], drawn),
+            }
+            if k < 1:  # 64 hard frames each
+                jobs["exact"] = (exact, None, own)
+            for kind, (renderer, camera, light) in jobs.items():
+                start = time.process_time()
+                renderer.render(scene, camera, [light], SIZE, samples=1)
+                if k >= 0:
+                    taken[kind].append(time.process_time() - start)
+    least = {kind: min(values) for kind, values in taken.items()}
+    return {kind: value if kind == "hard" else value / least["hard"] for kind, value in least.items()}
 
 
 def measure_time(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
@@ -38,33 +54,8 @@ def measure_time(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str,
     results: dict[str, Any] = {}
     click.echo(f"{'scene':30s} hard ms; over it: maps drawn anew, maps kept and a moving camera; Exact() with 64 rays")
     for name, make in scenes:
-        scene = make()
-        taken: dict[str, list[float]] = {"hard": [], "drawn": [], "kept": [], "exact": []}
-        with gs.Renderer() as hard, gs.Renderer() as maps, gs.Renderer() as exact:
-            camera = maps.render(scene, None, [_sky(None)], SIZE, samples=1).camera
-            cameras = list(gs.orbit(camera, 360))
-            for k in range(-1, rounds):
-                jobs: dict[str, Callable[[], Any]] = {
-                    "hard": lambda k=k: hard.render(scene, None, [turned_sun(scene, k, gs.Shadow())], SIZE, samples=1),
-                    "drawn": lambda k=k: maps.render(scene, None, [_sky(FILTERS["maps"], k)], SIZE, samples=1),
-                    "kept": lambda k=k: maps.render(
-                        scene, cameras[k % 9 + 1], [_sky(FILTERS["maps"], k)], SIZE, samples=1
-                    ),
-                }
-                if k < 1:  # 64 hard frames each
-                    jobs["exact"] = lambda k=k: exact.render(
-                        scene, None, [_sky(FILTERS["exact 64"], k)], SIZE, samples=1
-                    )
-                for kind, job in jobs.items():
-                    seconds = _seconds(job)
-                    if k >= 0:
-                        taken[kind].append(seconds)
-        least = {kind: min(values) for kind, values in taken.items()}
-        row = {kind: least[kind] / least["hard"] for kind in ("drawn", "kept", "exact")}
-        results[name] = {"hard_ms": 1e3 * least["hard"], **row}
-        click.echo(
-            f"{name:30s} {1e3 * least['hard']:6.0f} " + " ".join(f"{kind} {value:6.1f}" for kind, value in row.items())
-        )
+        row = results[name] = _ratios(make(), rounds)
+        click.echo(f"{name:30s} {1e3 * row['hard']:6.0f} {row['drawn']:6.1f} {row['kept']:6.1f} {row['exact']:6.1f}")
     return results
 
 

@@ -175,7 +175,7 @@ def test_every_kind_of_caster_casts(renderer: gs.Renderer, older: gs.Renderer, k
         frame = drawer.render(scene, CLOSE, [sky()], (48, 27), samples=1, outputs=ALL)
         assert np.nanmean(frame.visibility[0]) < 0.93
         if kind == "points":  # which are not traced
-            truth = drawer.render(scene, CLOSE, [EXACT], (48, 27), samples=1)
+            truth = renderer.render(scene, CLOSE, [EXACT], (48, 27), samples=1)
             assert np.nanmean(np.abs(frame.visibility - truth.visibility)) < 0.015  # of 64 directions
         else:
             assert error(scene, CLOSE, frame) < 0.006
