@@ -14,6 +14,7 @@ from glshadow.shadows.view import Projection
 # Cells along a side of the fine grid: of one grid, or of each face's.
 CELLS: dict[Projection, int] = {"orthographic": 512, "perspective": 512, "cube": 256}
 RATIO = 16  # fine cells along a side of a coarse one
+MOST_DOUBLINGS = 2  # of the number of cells, for many capsules
 MOST = 256  # most fine cells of one triangle; a larger one is sorted into coarse cells
 LEAST_CELLS = 32  # two coarse cells along a side
 _GROWN = 1.0005
@@ -64,7 +65,7 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
     casters : (K, 3) float64
         World points whose convex hull contains all casters.
     halvings : int
-        How often the default number of cells is halved.
+        How often the default number of cells is halved; negative: doubled.
     receivers : (K, 3) float64, optional
         The same for everything visible; the casters if None.
     """
@@ -94,13 +95,33 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
         low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
         if (low < high).all():
             window = _grown(np.stack([low - spread, high + spread]))
-            return ListGrid("perspective", rigid_inverse(axes, position), window, CELLS["perspective"] >> halvings)
+            return ListGrid("perspective", rigid_inverse(axes, position), window, _cells("perspective", halvings))
     if light.projection == "cube" or light.source_radius > 0.0:
         window = (-1.0, 1.0, -1.0, 1.0)
-        return ListGrid("cube", rigid_inverse(np.eye(3), position), window, CELLS["cube"] >> halvings)
+        return ListGrid("cube", rigid_inverse(np.eye(3), position), window, _cells("cube", halvings))
     return ListGrid(
-        "perspective", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["perspective"] >> halvings
+        "perspective", rigid_inverse(axes, position), (-edge, edge, -edge, edge), _cells("perspective", halvings)
     )
+
+
+def _cells(projection: Projection, halvings: int) -> int:
+    return CELLS[projection] << MOST_DOUBLINGS >> MOST_DOUBLINGS + halvings
+
+
+def doublings(count: int, share: float) -> int:
+    """How often to double the number of cells for many balls and tubes: to about four cells for each, of at least an eighth of one.
+
+    Parameters
+    ----------
+    count : int
+    share : float
+        Mean diameter, as a share of the extent of all casters.
+    """
+    if count == 0:
+        return 0
+    wanted = np.log2(np.sqrt(4.0 * count) / CELLS["orthographic"])
+    most = np.log2(8.0 / (CELLS["orthographic"] * max(share, 1e-9)))
+    return int(np.clip(min(np.round(wanted), np.floor(most)), 0, MOST_DOUBLINGS))
 
 
 def _unit_or_x(vector: Array) -> Array:
@@ -126,7 +147,7 @@ def _grid(projection: Projection, axes: Array, origin: Array, points: Array, hal
     if projection == "orthographic":  # centred, so that coordinates stay small
         origin = origin + rectangle.mean(axis=0) @ axes[:2]
         rectangle = rectangle - rectangle.mean(axis=0)
-    return ListGrid(projection, rigid_inverse(axes, origin), _grown(rectangle), CELLS[projection] >> halvings)
+    return ListGrid(projection, rigid_inverse(axes, origin), _grown(rectangle), _cells(projection, halvings))
 
 
 def _grown(rectangle: Array) -> tuple[float, float, float, float]:

@@ -50,20 +50,25 @@ CapsuleHit capsule_hit(Capsule c, vec3 eye, vec3 ray) {
     hit.along = nearer ? last - back : hit.along;
     out_ = nearer ? -beyond - ray * back : out_;
     hit.share = nearer ? 1.0 : 0.0;
-    // the cylinder between, where the segment and the ray are seen along the ray: the point of the axis moves by d, the ray's parameter by slope
+    // Products below are of the sixth power of lengths: in units of the power of two next to the largest, they neither vanish nor overflow
     vec3 d = beyond + aside;
-    float d2 = dot(d, d), slope = last - before, whole2 = d2 + slope * slope * length2;
-    vec3 start = -aside; // from the ray to a
+    vec3 most = max(max(abs(d), abs(aside)), abs(ray * (last - before)));
+    uint bits = min(max(floatBitsToUint(max(max(most.x, most.y), max(most.z, c.radius))) & 0x7f800000u, 0x00800000u), 0x7e000000u);
+    float size_ = uintBitsToFloat(bits), unit = uintBitsToFloat(0x7f000000u - bits);
+    d *= unit;
+    // the cylinder between, where the segment and the ray are seen along the ray: the point of the axis moves by d, the ray's parameter by slope
+    float d2 = dot(d, d), slope = (last - before) * unit, radius = c.radius * unit, whole2 = d2 + slope * slope * length2;
+    vec3 start = -aside * unit; // from the ray to a
     // w = t ray - start, from a to the ray's point t: its distance from the infinite axis is the radius
     float sd = dot(start, d);
     vec3 turn = cross(d, start);
-    float root = d2 * r2 - dot(turn, turn);
+    float root = d2 * (radius * radius) - dot(turn, turn);
     float t = (-slope * sd - sqrt(max(root, 0.0) * whole2 / length2)) / (d2 > 0.0 ? d2 : 1.0);
     float s = (t * slope * length2 - sd) / (whole2 > 0.0 ? whole2 : 1.0); // share of the axis below
-    bool wall = d2 > 1e-10 * whole2 && root >= 0.0 && s > 0.0 && s < 1.0 && (!hit.met || before + t < hit.along);
+    bool wall = d2 > 1e-10 * whole2 && root >= 0.0 && s > 0.0 && s < 1.0 && (!hit.met || before + t * size_ < hit.along);
     hit.met = hit.met || wall;
-    hit.along = wall ? before + t : hit.along;
-    out_ = wall ? ray * (t - s * slope) - start - s * d : out_;
+    hit.along = wall ? before + t * size_ : hit.along;
+    out_ = wall ? (ray * (t - s * slope) - start - s * d) * size_ : out_;
     hit.share = wall ? s : hit.share;
     axis = hit.share == 1.0 ? c.b : c.a + hit.share * (c.b - c.a);
 #endif

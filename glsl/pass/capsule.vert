@@ -18,6 +18,7 @@ flat out vec3 v_b;
 #endif
 flat out uint v_number;
 flat out uvec2 v_ends; // vertices
+const float MARGINS = 32.0; // in a pixel: twin of glshadow.gl.passes.capsules
 const float NEAR_SHARE = 1e-3; // of a radius: nearer to the eye's plane an element may cover anything
 #if GLS_CAPSULES == 1
 const int CORNERS = 3;
@@ -59,6 +60,8 @@ void main() {
     low = (low - u_window.zw) / u_window.xy - u_margin;
     high = (high - u_window.zw) / u_window.xy + u_margin;
     seen = seen && (anywhere || all(lessThan(low, vec2(1.0))) && all(greaterThan(high, vec2(-1.0))));
+    vec2 first = ceil((low + 1.0) / (MARGINS * u_margin) - 0.5), last = floor((high + 1.0) / (MARGINS * u_margin) - 0.5);
+    seen = seen && (anywhere || all(lessThanEqual(first, last))); // else it covers no pixel's centre
     vec2 place = PLACES[gl_VertexID % CORNERS];
 #if GLS_CAPSULES == 1
     low = anywhere ? vec2(-1.5) : low; // more than the image, which is a square seen from the circle
@@ -72,5 +75,6 @@ void main() {
     low = anywhere ? vec2(-1.0) : max(low, vec2(-1.0));
     high = anywhere ? vec2(1.0) : min(high, vec2(1.0));
 #endif
-    gl_Position = seen ? vec4(mix(low, high, 0.5 * place + 0.5), 0.5, 1.0) : vec4(2.0, 2.0, 0.5, 1.0);
+    // without area where it is not seen; outside the window llvmpipe would send all vertices of the batch through its clipper
+    gl_Position = seen ? vec4(mix(low, high, 0.5 * place + 0.5), 0.5, 1.0) : vec4(0.0, 0.0, 0.5, 1.0);
 }

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
+from glshadow.derive.lists import MOST_DOUBLINGS
+from glshadow.gl.techniques import listed
 from tests.exact.capsule_rays import Elements, elements_of, entry, visible
 
 SIZE = (64, 48)
@@ -173,6 +175,63 @@ def test_random_scenes_agree_with_rays(renderer: gs.Renderer, seed: int) -> None
     other, mistaken, compared = wrong_pixels(renderer, seed)
     assert compared > 20
     assert (other, mistaken) == (0, 0)
+
+
+@pytest.mark.parametrize("exponent", [-40, -20, 27])
+def test_scale_by_a_power_of_two_changes_no_bit(renderer: gs.Renderer, exponent: int) -> None:
+    rng = np.random.default_rng(5)
+    ends = rng.uniform(-1.5, 1.5, (30, 3)) + UP
+    light = gs.PointLight(position=(0.6, 3.2, 0.4))
+
+    def shown(scale: float) -> gs.Frame:
+        turn = np.diag([scale, scale, scale, 1.0])
+        nodes = [gs.Node(gs.Lines(ends, radius=0.03), turn), gs.Node(_ground(6.0).mesh, turn)]
+        camera = gs.PerspectiveCamera(
+            tuple(scale * np.array([3.0, 3.0, 5.0])), tuple(scale * np.array([0.0, 1.0, 0.0]))
+        )
+        moved = gs.PointLight(position=tuple(scale * np.array(light.position)))
+        return _visibility(renderer, gs.Scene(nodes, camera=camera), moved)
+
+    one, other = shown(1.0), shown(2.0**exponent)
+    assert (one.triangle < 29).sum() > 100
+    assert np.array_equal(one.triangle, other.triangle)
+    assert np.array_equal(one.visibility, other.visibility, equal_nan=True)
+    assert np.array_equal(one.normal, other.normal, equal_nan=True)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_ball_far_smaller_than_a_pixel_is_seen_where_it_covers_the_centre(
+    renderer: gs.Renderer, parallel: bool
+) -> None:
+    eye, target = (0.3, 0.2, 5.0), (0.0, 0.1, 0.0)
+    camera = (
+        gs.OrthographicCamera(eye, target, height=3.0) if parallel else gs.PerspectiveCamera(eye, target, fov_y=40.0)
+    )
+    origins, rays = camera.rays(SIZE)
+    depth = np.random.default_rng(2).uniform(2.0, 8.0, (SIZE[1], SIZE[0], 1))
+    places = (origins + depth * rays).reshape(-1, 3)
+    scene = gs.Scene([gs.Points(places, 1e-4)], camera=camera)  # 1/500 pixel at the nearest
+    frame = _visibility(renderer, scene, _light("directional"))
+    assert np.array_equal(frame.triangle.ravel(), np.arange(len(places)))
+
+
+@pytest.mark.parametrize("kind", ["directional", "spot", "point"])
+def test_finer_lists_change_no_bit(renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    rng = np.random.default_rng(8)
+    nodes = [
+        gs.Node(gs.Points(rng.normal(size=(3000, 3)) * 0.5 + UP, 10.0 ** rng.uniform(-2.5, -1.0, 3000))),
+        gs.Node(gs.Lines(rng.normal(size=(40, 3)) * 0.7 + UP, radius=0.01)),
+    ]
+    camera = gs.PerspectiveCamera((3.0, 3.0, 5.0), (0.0, 1.0, 0.0))
+    found, cells = [], []
+    for finer in range(MOST_DOUBLINGS + 1):
+        monkeypatch.setattr(listed, "doublings", lambda *_, finer=finer: finer)
+        scene = gs.Scene([*nodes, _ground()], camera=camera)
+        found.append(_visibility(renderer, scene, _light(kind), (200, 150)))
+        cells.append(found[-1].used[0].links)
+    assert cells[0] < cells[1] < cells[2]
+    assert all(np.array_equal(found[0].visibility, each.visibility, equal_nan=True) for each in found[1:])
+    assert 0.05 < (found[0].visibility == 0.0).mean() < 0.95
 
 
 def test_every_ball_of_a_large_cloud_has_its_number(renderer: gs.Renderer) -> None:

@@ -7,7 +7,17 @@ import pytest
 
 from glshadow.core.spaces import Array, transform
 from glshadow.core.spelling import parse
-from glshadow.derive.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
+from glshadow.derive.lists import (
+    CELLS,
+    LEAST_CELLS,
+    MOST_DOUBLINGS,
+    RATIO,
+    ListGrid,
+    distance_bound,
+    doublings,
+    facets,
+    list_grid,
+)
 from glshadow.errors import SettingsError
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.shadows.bias import NoBias, ReceiverPlaneBias
@@ -131,6 +141,21 @@ def test_halvings(light: Light, casters: Array) -> None:
     assert (halved.window, halved.projection) == (usual.window, usual.projection)
     assert LEAST_CELLS % RATIO == 0
     assert usual.cells % RATIO == 0
+
+
+def test_cells_double_with_the_number_of_balls() -> None:
+    assert [doublings(count, 1e-4) for count in (0, 1, 50_000, 262_144, 1_000_000, 10**9)] == [
+        0,
+        0,
+        0,
+        1,
+        2,
+        MOST_DOUBLINGS,
+    ]
+    # 512 cells along a side: a ball of eight cells is not divided further
+    assert [doublings(1_000_000, cells / 512.0) for cells in (1.0, 1.9, 3.9, 4.1, 9.0)] == [2, 2, 1, 0, 0]
+    casters = np.random.default_rng(1).uniform(-1.0, 1.0, (8, 3))
+    assert list_grid(SUN, casters, halvings=-2).cells == 4 * CELLS["orthographic"]
 
 
 @pytest.mark.parametrize("light", [SUN, SPOT, BULB])

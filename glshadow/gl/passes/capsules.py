@@ -22,7 +22,7 @@ from glshadow.shader.slots import metric_slot
 from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView
 
-_MARGIN = 1.0 / 32.0  # pixels
+_MARGIN = 1.0 / 32.0  # pixels; pass/capsule.vert
 
 
 @dataclass(frozen=True, eq=False)

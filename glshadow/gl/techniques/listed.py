@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.spaces import Array
 from glshadow.derive.cells import CASTS, CULL_BACK, CULL_FRONT, CUT_OUT, ROUND
-from glshadow.derive.lists import LEAST_CELLS, ListGrid, list_grid
+from glshadow.derive.lists import LEAST_CELLS, ListGrid, doublings, list_grid
 from glshadow.derive.resolved import ignored_size
 from glshadow.derive.used import Used
 from glshadow.errors import ResourceError
@@ -22,6 +23,7 @@ from glshadow.gl.driver.targets import release
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen, hides_back_faces
+from glshadow.gl.scene.capsules import radii_of
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.techniques.cells import FACET_BYTES, CellLists
 from glshadow.gl.techniques.edges import Edges
@@ -37,6 +39,7 @@ from glshadow.gl.techniques.triangles import (
     triangle_receiver,
 )
 from glshadow.lights import Light
+from glshadow.scene.capsules import Capsules
 from glshadow.shadows.shadow import Faces, ResolvedShadow
 
 
@@ -96,7 +99,7 @@ class Listed(Technique):
         traits = node_traits(scene, light, casting)
         self._write(scene, traits)
         corners = casting_corners(scene, casting)
-        halvings = 0
+        halvings = -doublings(*_capsules(scene, casting, corners))
         while True:
             self.grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
             if self._build(programs, scene, light):
@@ -188,6 +191,17 @@ class Listed(Technique):
     def release(self) -> None:
         """Free the GPU memory."""
         release(self._edges, self.lists, self._facets, self._traits)
+
+
+def _capsules(scene: GpuScene, casting: NDArray[np.bool_], corners: Array) -> tuple[int, float]:
+    """Number of balls and tubes that cast shadows, and their mean diameter over the extent of all casters."""
+    count, total = 0, 0.0
+    for node in np.flatnonzero(scene.round & casting).tolist():
+        mesh = scene.nodes[node].mesh
+        assert isinstance(mesh, Capsules)
+        count += mesh.count
+        total += mesh.count * float(radii_of(mesh, scene.world_from_mesh[node]).mean())
+    return count, 2.0 * total / max(count, 1) / max(float(np.ptp(corners, axis=0).max()), 1e-300)
 
 
 def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:
