@@ -117,7 +117,7 @@ class Camera(Settings):
 
     @property
     def lens(self) -> dict[str, float]:
-        """Lens settings, without the pose: fov_y, height, or the intrinsics; for reports. Without those that are None."""
+        """Lens settings, without the pose: fov_y, height, or the intrinsics; for reports. Settings of None are left out."""
         lens = {name: getattr(self, name) for name in self._lens}
         return {name: value for name, value in lens.items() if value is not None}
 
