@@ -14,6 +14,7 @@ import pytest
 import trimesh
 
 import glshadow as gs
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
 from glshadow.scene.capsules import TUBE_SHARE, Capsules, median_distance
 
@@ -100,6 +101,19 @@ def test_ply_without_faces_is_points_and_with_edges_lines(tmp_path: Path) -> Non
     lines = _only(gs.load(tmp_path / "lines.ply"))
     assert isinstance(lines, gs.Lines)
     assert np.array_equal(lines.ends, [[0, 1], [1, 2]])
+
+
+def test_gaussian_splats_are_points_of_their_base_colours(tmp_path: Path) -> None:
+    """0.5 + Y f_dc in sRGB, where Y = 1 / (2 sqrt(pi)), the spherical harmonic of degree 0."""
+    header = PLY + "".join(f"property float f_dc_{k}\n" for k in range(3)) + "property float opacity\nend_header\n"
+    rows = "".join(f"{x} {y} {z} 0 {10 * k} -9 0.5\n" for k, (x, y, z) in enumerate(PLACES.tolist()))
+    (tmp_path / "splats.ply").write_text(header + rows)
+    with pytest.warns(gs.GlshadowWarning, match="Gaussian splats are drawn as points of their base colours"):
+        points = _only(gs.load(tmp_path / "splats.ply"))
+    assert isinstance(points, gs.Points)
+    assert points.colors is not None
+    half = float(linear_from_srgb(np.array(0.5)))
+    np.testing.assert_allclose(points.colors[:, :3], [[half, half, 0], [half, 1, 0], [half, 1, 0]], atol=1e-7)
 
 
 def test_obj_points_and_lines_beside_faces(tmp_path: Path) -> None:
