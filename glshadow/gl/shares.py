@@ -19,11 +19,14 @@ def every_sample(frame: FrameContext) -> bool:
     return frame.targets.samples > 1 and frame.scene.capsules > 0
 
 
+def _every(receiver: Receiver) -> Receiver:
+    """The receiver of a frame of which every sample is shaded: balls and tubes have no edges to mark."""
+    return replace(receiver, marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+
+
 def _marked(frame: FrameContext, technique: Technique) -> Receiver:
-    """The receiver of a multisampled frame. Balls and tubes have no edges to mark: every sample is shaded."""
-    if every_sample(frame):
-        return replace(technique.receiver(frame), marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
-    return technique.marking_receiver(frame)
+    """The receiver of a multisampled frame."""
+    return _every(technique.receiver(frame)) if every_sample(frame) else technique.marking_receiver(frame)
 
 
 def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
@@ -31,7 +34,9 @@ def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> t
     shown = (look.tone, look.white, look.scale)
     if not lights:
         dark = DirectionalLight(intensity=0.0)
-        return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background, None, *shown),)
+        receiver = open_receiver(frame, dark)
+        receiver = _every(receiver) if every_sample(frame) else receiver
+        return (Share(dark, receiver, 0, 1, look.ambient, look.linear_background, None, *shown),)
     several = frame.targets.samples > 1
     return tuple(
         Share(each.light, _marked(frame, each.technique) if several else each.technique.receiver(frame),

@@ -251,3 +251,23 @@ def test_every_ball_of_a_large_cloud_has_its_number(renderer: gs.Renderer) -> No
     sure = np.abs(away - 0.4) > 1e-4  # float32 at 270 units
     assert number.max() > 1 << 16
     assert np.array_equal(frame.triangle[sure], number[sure])
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_no_lights_are_a_black_light(renderer: gs.Renderer, samples: int) -> None:
+    scene = gs.Scene(
+        [
+            gs.Points([[0.0, 0.6, 0.0]], radius=0.5),
+            gs.Lines([[-1.0, 0.4, 0.0], [1.0, 0.4, 1.0]], radius=0.1),
+            _ground(1.0),
+        ],
+        camera=gs.PerspectiveCamera((1.0, 2.0, 4.0), (0.0, 0.3, 0.0)),
+        name="dark",
+    )
+    dark, black = (
+        renderer.render(scene, lights=lights, size=SIZE, samples=samples, outputs=("linear", "alpha", "node"))
+        for lights in ([], [gs.DirectionalLight(intensity=0.0)])
+    )
+    assert all((dark.node == node).any() for node in range(3))
+    assert np.abs(dark.linear - black.linear).max() < 1e-6  # float32 roundings of the hit, in the axes of another light
+    assert np.array_equal(dark.alpha, black.alpha)

@@ -132,9 +132,9 @@ def test_no_distortion_is_the_plain_image() -> None:
         scene.camera,
         gs.IntrinsicsCamera(300.0, 300.0, 150.2, 117.9, scene.camera.position, scene.camera.target),
     ):
-        plain = gs.render(scene, camera, size=SIZE, outputs=names, samples=4)
+        plain = gs.render(scene, camera, size=SIZE, outputs=names, samples=4, exposure=1.0)
         frame = gs.render_distorted(
-            scene, camera, gs.BrownDistortion(), size=SIZE, oversampling=1, outputs=names, samples=4
+            scene, camera, gs.BrownDistortion(), size=SIZE, oversampling=1, outputs=names, samples=4, exposure=1.0
         )
         assert frame.camera == camera
         assert frame.size == SIZE
