@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -66,6 +67,17 @@ def metered(scene: Scene, lights: tuple[Light, ...], exposure: Exposure) -> floa
         return None
     if all(light.at_infinity for light in lights):  # alike everywhere
         return light_level(lights, np.zeros((1, 3)), np.zeros((1, 3)))
+    kept = _levels.get(scene)
+    if kept is None or len(kept[0]) != len(lights) or any(a is not b for a, b in zip(kept[0], lights, strict=True)):
+        kept = _levels[scene] = lights, _level(scene, lights)  # 5 ms for each light
+    return kept[1]
+
+
+_levels: weakref.WeakKeyDictionary[Scene, tuple[tuple[Light, ...], float]] = weakref.WeakKeyDictionary()
+
+
+def _level(scene: Scene, lights: tuple[Light, ...]) -> float:
+    """The level of lights of which some have a position."""
     rest = scene.rest
     if rest is not None and [each.geometry for each in lights] == [each.geometry for each in scene.lights]:
         # the same for all times of an animation

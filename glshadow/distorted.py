@@ -101,7 +101,7 @@ def render_distorted(
         light = light if light.shape[2] == 4 else np.concatenate([light, found["alpha"][..., None]], axis=2)
         found["image"] = look.encoded(light)
     outputs = {name: found[name] for name in names}
-    frame = replace(frame, camera=camera, size=size, outputs=outputs)
+    frame = replace(frame, camera=camera, size=size, outputs=outputs, distortion=distortion)
     if target is not None:
         frame.save(target)
     return frame

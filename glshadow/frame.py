@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from os import PathLike
 from typing import Any, TypeVar
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
+from glshadow.core.distortion import Distortion
 from glshadow.core.outputs import NAMES, OUTPUTS
 from glshadow.core.setting import as_path
 from glshadow.core.spaces import Array
@@ -90,6 +91,8 @@ class Frame:
         Stops by which the light was scaled for `image`: the argument that gives the same exposure again.
     tone : str
         Tone map of `image`.
+    distortion : Distortion, optional
+        That of the lens, of a frame by `render_distorted`.
     """
 
     scene: Scene
@@ -103,6 +106,7 @@ class Frame:
     samples: int = 1
     exposure: float = 0.0
     tone: str = "none"
+    distortion: Distortion | None = None
 
     @property
     def image(self) -> NDArray[np.uint8]:
@@ -213,7 +217,8 @@ class Frame:
 
         An .npz has the arrays under the names of the outputs (of several shadow maps `shadow_maps_0` and so on, without timings), the
         names of the scene's nodes as `nodes`, `near` and `far`, the pose `R`, `t` and, of a perspective camera, the intrinsic matrix `K`
-        as `Camera.opencv` and `Camera.K` give them. `np.load` reads it without pickle.
+        as `Camera.opencv` and `Camera.K` give them; of a lens with distortion OpenCV's coefficients `D`, five of a `BrownDistortion`,
+        four of a `FisheyeDistortion`. `np.load` reads it without pickle.
 
         Raises
         ------
@@ -238,6 +243,8 @@ class Frame:
         arrays["R"], arrays["t"] = self.camera.opencv()
         if self.camera.is_perspective:
             arrays["K"] = self.camera.K(self.size)
+        if self.distortion is not None:
+            arrays["D"] = np.array(astuple(self.distortion))
         arrays["near"], arrays["far"] = np.array(self.near), np.array(self.far)
         if "image" in self.outputs:
             arrays["exposure"], arrays["tone"] = np.array(self.exposure), np.array(self.tone)

@@ -159,6 +159,8 @@ def command(
             raise click.UsageError("--orbit and --animate cannot be combined")
         if animate is not None and wanted.time is not None:
             raise click.UsageError("--animate shows all times: leave out --time")
+        if animate is None and wanted.time is None and wanted.animation is not None:
+            raise click.UsageError("--animation needs --time or --animate: without, the file is drawn at rest")
         if animate is not None and (max_wrong is not None or max_ms is not None):
             raise click.UsageError(
                 "--max-wrong and --max-ms try settings on each scene, and with --animate each image is one"

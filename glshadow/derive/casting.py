@@ -38,7 +38,7 @@ class Convex:
         return bool((points @ self.normals.T - self.offsets > self.slack).all(axis=0).any())
 
 
-def darkens(triangles: Array, targets: Array, light: Light, origin: Array | None = None) -> bool:
+def darkens(triangles: Array, targets: Array, parts: Sequence[Light], origin: Array | None = None) -> bool:
     """Whether triangles may lie between a light and any point of some bodies.
 
     A triangle darkens the region behind its plane, seen from the light, bounded by the three planes through an edge and the light.
@@ -51,8 +51,8 @@ def darkens(triangles: Array, targets: Array, light: Light, origin: Array | None
         Corners, world space.
     targets : (K, C, 3) float64
         Corners of the bodies' hulls: boxes, or triangles.
-    light : Light
-        Must be the convex hull of finitely many points (not the sky).
+    parts : sequence of Light
+        Hard lights in whose convex hull the light lies: its `extremes`, if these are exact, or all its directions.
     origin : (3,) float64, optional
         Origin of float32 coordinates; the world's if None.
 
@@ -65,7 +65,6 @@ def darkens(triangles: Array, targets: Array, light: Light, origin: Array | None
     solid = (normals != 0.0).any(axis=1)
     triangles, normals = triangles[solid], normals[solid]
     slack = slack_of(triangles, origin)
-    parts = light.extremes()
     return any(_reaches(*each, targets, parts, slack) for each in zip(triangles, normals, strict=True))
 
 

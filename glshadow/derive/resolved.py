@@ -52,7 +52,7 @@ def resolve_shadow(light: Light, without_map: str = "") -> ResolvedShadow | None
     if light.shadow is None:
         return None
     planes = "" if light.planes == (None, None) else "the light's near and far"
-    resolved = light.shadow.resolved(without_map, planes, light.has_size)
+    resolved = light.shadow.resolved(without_map, planes, light.has_size, light.usual_filter)
     filter_ = light.filter_for(resolved.filter)
     if filter_ is resolved.filter:
         return resolved

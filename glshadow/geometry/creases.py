@@ -140,7 +140,7 @@ def _across(vertex: Indices, following: Indices) -> tuple[Indices, Indices, NDAr
     key = low * (int(vertex.max()) + 1) + high
     order = np.argsort(key)
     key, edges = key[order], edges[order]
-    new = np.append(True, key[1:] != key[:-1])
+    new = np.append(True, key[1:] != key[:-1])[: len(key)]
     size = np.diff(np.append(np.flatnonzero(new), len(key)))[np.cumsum(new) - 1]
     firsts, seconds = [], []
     for step in range(1, MOST_AROUND):

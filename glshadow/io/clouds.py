@@ -52,14 +52,11 @@ def lines_of(
     radius: float | None = None,
 ) -> Lines | None:
     """Line segments (S, 2) with linear colours (V, 4) of their vertices; None if there are none. Left out with a note: those
-    whose ends are not finite, and all if they coincide and have no radius."""
+    whose ends are not there or not finite, and all if they coincide and have no radius."""
     places = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
-    pairs = np.asarray(segments, dtype=np.int64).reshape(-1, 2)
+    pairs = existing(np.asarray(segments, dtype=np.int64).reshape(-1, 2), len(places), f"{name}: ", "lines", notes)
     if len(pairs) == 0:
         return None
-    if pairs.min() < 0 or pairs.max() >= len(places):
-        worst = int(pairs.max() if pairs.max() >= len(places) else pairs.min())
-        raise SceneError(f"{name}: a line refers to vertex {worst}, but there are {len(places)}, counted from 0")
     used, inverse = np.unique(pairs, return_inverse=True)
     places, pairs = places[used], inverse.reshape(-1, 2)
     colors = None if colors is None else colors[used]
@@ -74,6 +71,21 @@ def lines_of(
     except SceneError as error:
         notes.append(f"{name}: left out: {error}")
         return None
+
+
+def existing(indices: NDArray[np.int64], count: int, where: str, what: str, notes: list[str]) -> NDArray[np.int64]:
+    """The rows (N, K) whose indices are those of `count` vertices; a note, which begins with `where`, says how many others there are."""
+    if indices.size == 0:
+        return indices
+    low, high = int(indices.min()), int(indices.max())
+    if low >= 0 and high < count:
+        return indices
+    kept = np.asarray(((indices >= 0) & (indices < count)).all(axis=1))
+    notes.append(
+        f"{where}{int((~kept).sum())} of {len(kept)} {what} left out: one refers to vertex {high if high >= count else low}, "
+        f"but there are {count}, counted from 0"
+    )
+    return indices[kept]
 
 
 def _finite(places: Array) -> NDArray[np.bool_]:

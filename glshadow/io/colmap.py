@@ -21,6 +21,7 @@ from glshadow.core.setting import as_path, shown
 from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.io.limits import Budget
 
+IMAGE_WORDS = 12  # more than an image has before the second word of its name
 LONGEST = 1 << 28  # characters of a line: an image's line of points has some thirty a point
 
 # model -> number of focal lengths, and the names of its further parameters
@@ -92,20 +93,32 @@ def read_colmap(folder: str | os.PathLike[str]) -> dict[str, ColmapImage]:
                 raise SceneError(f"cameras.txt line {number}: {error}") from None
             lenses[name] = lens
     found: dict[str, ColmapImage] = {}
-    points = False  # whether this line has the points of the image before it; it may be empty
+    points = False  # whether this line may have the points of the image before it; it may be empty
     for number, line in _lines(place, "images.txt", budget):
-        if points:
+        if points and _has_points(line):
             points = False
         elif line.strip() and not line.startswith("#"):
             try:
                 name, image = _image(line, lenses)
             except (GlshadowError, ValueError) as error:
                 raise SceneError(f"images.txt line {number}: {error}") from None
+            if name in found:
+                raise SceneError(f"images.txt line {number}: a second image has the name {shown(name)}")
             found[name] = image
             points = True
     if not found:
         raise SceneError(f"{place / 'images.txt'} has no images")
     return found
+
+
+def _has_points(line: str) -> bool:
+    """Whether a line behind an image has its points, X Y POINT3D_ID each: some programs leave these lines out."""
+    words = line.split()
+    try:
+        [float(each) for each in words[:IMAGE_WORDS]]
+    except ValueError:  # the name of an image
+        return False
+    return len(words) % 3 == 0
 
 
 def _lines(folder: Path, name: str, budget: Budget) -> Iterator[tuple[int, str]]:
@@ -119,7 +132,7 @@ def _lines(folder: Path, name: str, budget: Budget) -> Iterator[tuple[int, str]]
         raise SceneError(f"file not found: {path}{advice if binary else ''}")
     budget.announce(path, name)
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             number = 0
             while line := file.readline(LONGEST):
                 number += 1

@@ -1,4 +1,4 @@
-"""Reads a pyrender.Scene as nodes, camera and lights."""
+"""Reads a pyrender.Scene as nodes, camera and lights, and a pyrender.Mesh as nodes."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.spaces import Array
+from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
 from glshadow.io.clouds import lines_of, linked, points_of
 from glshadow.io.imported import (
@@ -35,7 +36,7 @@ Made = dict[int, tuple[Any, Mesh | None]]
 
 
 def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
-    """Read a pyrender.Scene: primitives at their poses, its main camera, its lights with their intensities.
+    """Read a pyrender.Scene: primitives at their poses, its main camera, its lights with their intensities; or a pyrender.Mesh.
 
     Point and spot lights fall off with the square of the distance, as in pyrender. The clip planes of cameras are ignored.
     As in pyrender, an IntrinsicsCamera's pixels are those of the rendered size, and an OrthographicCamera shows a height of 2 ymag,
@@ -44,10 +45,16 @@ def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
     builder = Builder()
     found = Imported(notes=builder.notes)
     made = {} if made is None else made
-    for number, node in enumerate(placed_nodes(scene)):
-        pose = np.asarray(scene.get_pose(node), dtype=np.float64)
-        name = str(node.name or node.mesh.name or f"mesh{number}")
-        for primitive in node.mesh.primitives:
+    if not hasattr(scene, "mesh_nodes"):
+        placed_meshes = [(np.eye(4), str(getattr(scene, "name", None) or "mesh"), _alone(scene))]
+    else:
+        placed_meshes = [
+            (scene.get_pose(node), str(node.name or node.mesh.name or f"mesh{number}"), node.mesh)
+            for number, node in enumerate(placed_nodes(scene))
+        ]
+    for given, name, whole in placed_meshes:
+        pose = np.asarray(given, dtype=np.float64)
+        for primitive in whole.primitives:
             if id(primitive) not in made:
                 made[id(primitive)] = primitive, _mesh(builder, primitive, name)
             mesh = made[id(primitive)][1]
@@ -55,10 +62,25 @@ def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
             if mesh is not None:
                 titles = [name] if len(poses) == 1 else [f"{name}[{k}]" for k in range(len(poses))]
                 found.nodes += [Node(mesh, pose @ own, title) for title, own in zip(titles, poses, strict=True)]
+    if not hasattr(scene, "mesh_nodes"):
+        return found
     found.camera, found.cameras = _cameras(scene, found.notes)
     placed = sorted(scene.light_nodes, key=_order(scene))
     found.lights = [_light(node.light, np.asarray(scene.get_pose(node)), found.notes) for node in placed] or None
     return found
+
+
+def _alone(source: Any) -> Any:
+    """A pyrender.Mesh that is in no scene.
+
+    Raises
+    ------
+    SceneError
+        For everything else.
+    """
+    if not hasattr(source, "primitives"):
+        raise SceneError(f"a pyrender.{type(source).__name__} is neither a scene nor a mesh: add it to a scene")
+    return source
 
 
 def placed_nodes(scene: Any) -> list[Any]:

@@ -1,8 +1,9 @@
-"""Reads PyVista's PolyData, grids (by their surface) and MultiBlock as nodes."""
+"""Reads PyVista's PolyData and PointSet, grids (by their surface) and MultiBlock as nodes of meshes, points and lines."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
-from glshadow.io.imported import Imported
+from glshadow.io.clouds import chained, existing, lines_of, points_of
+from glshadow.io.imported import Imported, srgb_colors
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.polygons import triangulated
 from glshadow.scene.mesh import Mesh
@@ -33,16 +35,17 @@ def read_pyvista(source: Any) -> Imported:
     Raises
     ------
     SceneError
-        If it has no surface.
+        If it has neither polygons nor lines nor points.
     """
     builder = Builder()
     found = Imported(notes=builder.notes)
     for name, block in _blocks(source):
-        mesh = _mesh(builder, _surface(block, name), name)
-        if mesh is not None:
-            found.nodes.append(Node(mesh, np.eye(4), name))
+        surface = _surface(block, name)
+        mesh = _mesh(builder, surface, name)
+        made = [(mesh, name), *_loose(builder, surface, name)]
+        found.nodes += [Node(each, np.eye(4), title) for each, title in made if each is not None]
     if not found.nodes:
-        raise SceneError("nothing to render: it has no polygons")
+        raise SceneError("nothing to render: it has no polygons, lines or points")
     return found
 
 
@@ -65,6 +68,8 @@ def _surface(block: Any, name: str) -> Any:
     """The block, or of one with cells of volume its surface."""
     if hasattr(block, "faces"):
         return block
+    if type(block).__name__ == "PointSet":  # has no cells
+        return block.cast_to_polydata(deep=False)
     if not hasattr(block, "extract_surface"):
         raise SceneError(f"{name}: a pyvista.{type(block).__name__} has no surface")
     try:
@@ -77,9 +82,6 @@ def _mesh(builder: Builder, surface: Any, name: str) -> Mesh | None:
     positions = np.asarray(surface.points, dtype=np.float64)
     corners, counts = _cells(surface.faces)
     strips, lengths = _cells(getattr(surface, "strips", ()))
-    points, lines = (len(_cells(getattr(surface, kind, ()))[1]) for kind in ("verts", "lines"))
-    if points or lines:
-        builder.notes.append(f"{name}: {points + lines} points or lines left out, only surfaces are drawn")
     if len(corners) + len(strips) == 0:
         return None
     _check_range(np.concatenate([corners, strips]), len(positions), name)
@@ -92,7 +94,8 @@ def _mesh(builder: Builder, surface: Any, name: str) -> Mesh | None:
         owners.append(np.full(len(strip), len(counts) + number))
     colors, face_colors = _colors(builder, surface, name)
     if face_colors is not None:
-        cells = points + lines + np.concatenate(owners)  # VTK numbers points, lines, polygons, strips
+        before = sum(len(_cells(getattr(surface, kind, ()))[1]) for kind in ("verts", "lines"))
+        cells = before + np.concatenate(owners)  # VTK numbers points, lines, polygons, strips
         if len(face_colors) <= cells.max(initial=0):
             raise SceneError(f"{name}: {len(face_colors)} colours of cells for {int(cells.max()) + 1} cells")
         face_colors = face_colors[cells]
@@ -106,6 +109,33 @@ def _mesh(builder: Builder, surface: Any, name: str) -> Mesh | None:
         face_colors=face_colors,
         uv=_uv(surface),
     )
+
+
+def _loose(builder: Builder, surface: Any, name: str) -> list[tuple[Mesh | None, str]]:
+    """Cells of points and lines, with their names: those of a dataset without a name are `points` and `lines`."""
+    positions = np.asarray(surface.points, dtype=np.float64)
+    (points, sizes), (lines, lengths) = (_cells(getattr(surface, kind, ())) for kind in ("verts", "lines"))
+    if len(points) + len(lines) == 0:
+        return []
+    notes: list[str] = []  # that colours cannot be used is noted with the polygons, if there are any
+    colors, cell_colors = _colors(replace(builder, notes=notes), surface, name)
+    if not len(surface.faces):
+        builder.notes += notes
+    made: list[tuple[Mesh | None, str]] = []
+    for kind, corners, counts, before in (("points", points, sizes, 0), ("lines", lines, lengths, len(sizes))):
+        kept = existing(corners[:, None], len(positions), f"{name}: ", kind, builder.notes)[:, 0]
+        if kind == "lines" and len(kept) < len(corners):
+            raise SceneError(f"{name}: a line refers to a vertex that is not there")
+        own = None if colors is None else colors[kept]
+        if cell_colors is not None and len(kept) == len(corners):
+            own = np.repeat(cell_colors[before : before + len(counts)], counts, axis=0)
+        linear = None if own is None else srgb_colors(own, name, builder.notes)
+        title = kind if name == "mesh" else name
+        if kind == "points":
+            made.append((points_of(positions[kept], linear, name, builder.notes), title))
+        else:
+            made.append((lines_of(positions[kept], chained(counts), linear, name, builder.notes), title))
+    return made
 
 
 def _cells(flat: Any) -> tuple[Indices, Indices]:

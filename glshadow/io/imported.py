@@ -42,6 +42,8 @@ class Imported:
         All cameras by name, in the source's order.
     motion : Motion, optional
         How its nodes move.
+    no_view : str, optional
+        What is wrong with the source's first camera, if it is broken.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -50,6 +52,7 @@ class Imported:
     notes: list[str] = field(default_factory=list)
     cameras: dict[str, Camera] = field(default_factory=dict)
     motion: Motion | None = None
+    no_view: str | None = None
 
     def at(self, seconds: float) -> None:
         """Place what moves where it is at a time of the chosen animation."""

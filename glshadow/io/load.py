@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.setting import as_int, as_path, flag, instance, number, one_of, optional, refuse, text
+from glshadow.core.setting import as_int, as_path, flag, instance, number, one_of, optional, refuse, shown, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.from_arrays import array_pair, read_arrays
@@ -50,7 +50,7 @@ def load(
     ----------
     source : path, bytes, file object, (vertices, faces), another library's object, Scene, or meshes and nodes
         One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off. Objects: trimesh.Trimesh,
-        trimesh.Scene, pyrender.Scene, PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed,
+        trimesh.Scene, pyrender.Scene and Mesh, PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed,
         matrices are composed in float64, and nodes with the same geometry share one Mesh. Shading normals are used if the source has
         them; otherwise shading is flat, see `smooth`.
     ground : bool or "catcher"
@@ -132,6 +132,9 @@ def read_scene(
         _place(found, time, animation)
         if camera is not None:
             found.camera = found.camera_named(camera)
+        elif found.no_view is not None:  # another view than the file's would be drawn
+            others = f"name another one, of {', '.join(found.cameras)}" if found.cameras else "take it out of the file"
+            raise SceneError(f"{found.no_view}: {others}")
         notes = found.notes + check_scene(found.nodes, stored=stored)
     except SceneError as error:
         raise SceneError(f"{label}: {error}") from error
@@ -201,6 +204,11 @@ def _reader(
             list(source.nodes), source.camera, list(source.lights), cameras=dict(source.cameras), motion=source.motion
         )
         return source.name, source.name, lambda: given, False
+    if isinstance(source, list | tuple) and not all(isinstance(each, Mesh | Node) for each in source):
+        raise SceneError(
+            "a list or tuple must be (vertices, faces), arrays (V, 3) and (T, K) of numbers, or consist of meshes and nodes, got "
+            f"{shown(source)}; objects of other libraries are loaded one by one: Scene([*load(a).nodes, *load(b).nodes])"
+        )
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
         placed = Scene(source if isinstance(source, list | tuple) else [source])
         return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False

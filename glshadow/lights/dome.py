@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.lights.distant import DistantLight
-from glshadow.shadows.filters import Filter, LightSamples
+from glshadow.shadows.filters import DirectionMaps, Filter, LightSamples
 from glshadow.shadows.view import ShadowView
 
 
@@ -19,6 +19,7 @@ class DomeLight(DistantLight):
     wide: ClassVar[bool] = True
     weighted: ClassVar[bool] = True
     fixed: ClassVar[bool] = True
+    usual_filter: ClassVar[Filter | None] = DirectionMaps()
 
     @property
     def has_size(self) -> bool:

@@ -73,10 +73,8 @@ class Light(Settings, ABC):
     ----------
     spelling : str
         Its name on the command line, in batches and in reports.
-    usage : str
-        How it is written on the command line.
-    summary : str
-        A short description for the command line's help.
+    usage, summary : str
+        How it is written on the command line; a short description for its help.
     by_place : tuple of str
         Settings that the command line reads by position; all others are written `key=value`.
     places : (2,) ints
@@ -105,6 +103,8 @@ class Light(Settings, ABC):
         Settings that do not affect where its shadows fall.
     penumbra : mapping or None
         Defines of pass/penumbra.frag, which tests all sample points in one pass. None: the sample points are drawn one after another.
+    usual_filter : Filter or None
+        Used unless the shadow's settings ask for another one; None: derived from them.
     """
 
     color: Triple = setting(vector(3, 0.0, BRIGHTEST), (1.0, 1.0, 1.0), help="linear RGB factor")
@@ -132,6 +132,7 @@ class Light(Settings, ABC):
     fixed: ClassVar[bool] = False
     beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow", "photometric"})
     penumbra: ClassVar[Mapping[str, int] | None] = None
+    usual_filter: ClassVar[Filter | None] = None
 
     __signature__ = _Signature()
 
@@ -298,7 +299,8 @@ class Light(Settings, ABC):
         return (None, None)
 
     def filter_for(self, requested: Filter) -> Filter:
-        """The filter that the light uses when this filter is requested."""
+        """The filter that the light uses when this filter is requested; raises SettingsError for one of other lights."""
+        requested.check_light(type(self).__name__)
         return requested
 
     @abstractmethod

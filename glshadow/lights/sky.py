@@ -31,7 +31,8 @@ class SkyLight(DomeLight):
     color, intensity
         As for DirectionalLight.
     shadow : Shadow or None
-        A filter for one shadow map becomes `LightSamples(of=that filter)`: 64 shadow maps, because one map cannot represent the whole sky.
+        By default `DirectionMaps()`: a small shadow map for each of many directions. A filter for one shadow map becomes
+        `LightSamples(of=that filter)`: 64 shadow maps, because one map cannot represent the whole sky.
 
     References
     ----------

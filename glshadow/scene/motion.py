@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from glshadow.scene.nodes import Node, Scene
 
 _SECONDS = number(unit="s")
+VANISHED = 1e-9  # scale of what is drawn for a scale of 0 where a scene has nothing else
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +127,14 @@ class Motion:
         if not nodes and self is scene.motion and (seen, lit, every) == (scene.camera, scene.lights, scene.cameras):
             return scene  # nothing has moved
         motion = replace(self, cameras=cameras, lights=lights)
-        return scene.changed(nodes, camera=seen, lights=lit, cameras=every, motion=motion, rest=scene.rest or scene)
+        settings = {"camera": seen, "lights": lit, "cameras": every, "motion": motion, "rest": scene.rest or scene}
+        try:
+            return scene.changed(nodes, **settings)
+        except SceneError:
+            vanished = {index: node for index, node in nodes.items() if not node.world_from_mesh[:3, :3].any()}
+            if not vanished:
+                raise
+        return scene.changed(nodes | {index: _unseen(node) for index, node in vanished.items()}, **settings)
 
 
 def posed(scene: Scene, seconds: Any, animation: str | int | None) -> Scene:
@@ -146,6 +154,13 @@ def posed(scene: Scene, seconds: Any, animation: str | int | None) -> Scene:
         return scene
     motion = scene.motion.of(animation)
     return motion.placed(scene, min(max(given, 0.0), motion.duration))
+
+
+def _unseen(node: Node) -> Node:
+    """A node whose scale is 0, so small that no pixel sees it: a scene needs a size, also when all of it has vanished."""
+    matrix = node.world_from_mesh.copy()
+    matrix[:3, :3] = VANISHED * np.eye(3)
+    return moved(node, node.mesh, matrix)
 
 
 def moved(node: Node, mesh: Mesh, world_from_mesh: Array) -> Node:

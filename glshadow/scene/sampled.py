@@ -21,8 +21,8 @@ _kept: weakref.WeakKeyDictionary[Scene, tuple[Array, Array]] = weakref.WeakKeyDi
 def surface_samples(scene: Scene) -> tuple[Array, Array]:
     """World points (N, 3) and unit normals (N, 3) of front faces, each for the same area.
 
-    Surfaces that blend or emit are left out if there are others. A scene without triangles gives the corners of its boxes, with normals
-    away from their middle.
+    A ground that was added, shadow catchers, and surfaces that blend or emit are left out if there are others. A scene without triangles
+    gives the corners of its boxes, with normals away from their middle.
     """
     if scene not in _kept:
         _kept[scene] = _sampled(scene)
@@ -31,6 +31,7 @@ def surface_samples(scene: Scene) -> tuple[Array, Array]:
 
 def _sampled(scene: Scene) -> tuple[Array, Array]:
     nodes = [node for node in (scene.nodes[i] for i in scene.drawn.tolist()) if len(node.mesh.triangles)]
+    nodes = [node for node in nodes if not (node.ground or node.catches)] or nodes
     nodes = [node for node in nodes if not (node.blends or node.mesh.material.emits)] or nodes
     corners, areas = _triangles(nodes)
     total = np.cumsum(areas)

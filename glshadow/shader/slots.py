@@ -118,3 +118,8 @@ def mapped_defines(
         "GLS_PACKED": int(target is Target.RGBA8),
         **filter.defines(),
     }
+
+
+def direction_slots() -> dict[str, str]:
+    """Snippets of the pass that samples the maps of a light's directions: it is lit by none in particular."""
+    return {"light": "light/directional.glsl", "shadow": "receiver/open.glsl"}

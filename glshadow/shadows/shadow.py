@@ -12,6 +12,7 @@ from glshadow.errors import SettingsError
 from glshadow.shadows.bias import Bias
 from glshadow.shadows.channel import Channel
 from glshadow.shadows.filters import Exact, Filter, LightSamples, Pcf
+from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.fits import Fit, ViewFit
 from glshadow.shadows.metric import Target
 
@@ -20,10 +21,11 @@ MAX_RESOLUTION = 16384  # guaranteed by GL 4 hardware; the context's own limit i
 ASKED_FOR = "requested"
 """Reason given when a light names its filter."""
 
-RESOLUTION = 2048
-
 OF_A_MAP = ("resolution", "bias", "target", "clip", "fit")
 """Settings that apply to shadow maps only: if one is given, the derived filter uses a map."""
+
+OF_ONE_MAP = OF_A_MAP[1:]
+"""Those of them that DirectionMaps derives itself."""
 
 
 class Faces(Enum):
@@ -41,12 +43,12 @@ class Shadow(Settings):
     Parameters
     ----------
     resolution : int, optional
-        Texels along each side of a view's map, 1 to 16384. None: 2048.
+        Texels along each side of a view's map, 1 to 16384. None: 2048; for DirectionMaps 128.
     filter : Filter, optional
         The shadow technique: Hard, Pcf, ... or Exact, which has no shadow map and tests shadow rays against the scene's triangles. None:
         Exact() if the triangle lists fit into the driver's buffers; otherwise, or if another setting needs a map, Pcf(1), or
-        LightSamples() for a light that has a size. `Used.why` reports the choice and its reason. A SkyLight, which one map cannot serve,
-        turns a filter for one map into LightSamples(of=that filter).
+        LightSamples() for a light that has a size. `Used.why` reports the choice and its reason. A SkyLight or EnvironmentLight, which one
+        map cannot serve, uses DirectionMaps() and turns a filter for one map into LightSamples(of=that filter).
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional
@@ -89,13 +91,23 @@ class Shadow(Settings):
             raise SettingsError(
                 f"{self.filter!r} prefilters a float depth texture: leave target at None, got {self.target.value}"
             )
+        if (
+            self.filter is not None
+            and self.filter.needs is Needs.DIRECTIONS
+            and (given := [name for name in OF_ONE_MAP if getattr(self, name) is not None])
+        ):
+            raise SettingsError(
+                f"{self.filter!r} derives {' and '.join(given)}: leave them at None, or use LightSamples()"
+            )
         if self.filter is not None and not self.filter.has_map and (self.bias is not None or self.target is not None):
             raise SettingsError(
                 f"{self.filter!r} tests triangles, not stored depths: leave bias and target at None, got bias {self.bias!r} and target "
                 f"{self.target.value if self.target else None!r}"
             )
 
-    def resolved(self, without_map: str = "", with_map: str = "", sized: bool = False) -> ResolvedShadow:
+    def resolved(
+        self, without_map: str = "", with_map: str = "", sized: bool = False, usual: Filter | None = None
+    ) -> ResolvedShadow:
         """The settings with filter, resolution and fit derived.
 
         Parameters
@@ -106,19 +118,23 @@ class Shadow(Settings):
             Another reason to use a shadow map; empty: none.
         sized : bool
             Whether the light has a size that the derived filter must support.
+        usual : Filter, optional
+            The light's own choice, used unless a setting is given that it derives itself.
         """
         of_a_map: Filter = LightSamples() if sized else Pcf(1)
         named = [name for name in OF_A_MAP if getattr(self, name) is not None]
         named += [with_map] if with_map else []
         if self.filter is not None:
             filter_, why = self.filter, ASKED_FOR
+        elif usual is not None and not with_map and all(getattr(self, name) is None for name in OF_ONE_MAP):
+            filter_, why = usual, "light from many directions"
         elif named:
             filter_, why = of_a_map, f"only a shadow map has {' and '.join(named)}"
         elif without_map:
             filter_, why = of_a_map, without_map
         else:
             filter_, why = Exact(), "no setting needs a shadow map"
-        return ResolvedShadow(self, self.resolution or RESOLUTION, filter_, self.fit or ViewFit(), why)
+        return ResolvedShadow(self, self.resolution or filter_.resolution, filter_, self.fit or ViewFit(), why)
 
     def spelled_out(self) -> Self:
         """The same settings with filter, resolution and fit as derived where triangles can be tested."""

@@ -62,6 +62,12 @@
 #ifndef GLS_ALONE
 #define GLS_ALONE 0 // 1: writes only the visibility
 #endif
+#ifndef GLS_DIRECTIONS
+#define GLS_DIRECTIONS 0 // with GLS_ALONE: writes the sums of lib/directionmaps.glsl, and the surface's plane
+#endif
+#ifndef GLS_PATTERN
+#define GLS_PATTERN 0 // 1: <shadow> is receiver/precomputed.glsl, and takes means over neighbouring pixels
+#endif
 #ifndef GLS_MATERIAL
 #define GLS_MATERIAL 0 // 1: the surface buffer's fourth channel holds a material
 #endif
@@ -106,6 +112,9 @@
 #if GLS_CAPSULES
 #include "lib/capsule.glsl"
 #endif
+#if GLS_DIRECTIONS || GLS_PATTERN
+#include "lib/plane_packing.glsl"
+#endif
 #include <light>
 #include <shadow>
 #include "lib/visibility.glsl"
@@ -128,6 +137,9 @@
 #endif
 #if GLS_ROUNDED
 #include "lib/smooth_point.glsl"
+#endif
+#if GLS_DIRECTIONS
+#include "lib/directionmaps.glsl"
 #endif
 #if GLS_MATERIAL
 #include "lib/material_packing.glsl"
@@ -174,7 +186,12 @@ uniform float u_strength;
 #endif
 
 #if GLS_ALONE
+#if GLS_DIRECTIONS
+layout(location = 0) out vec4 o_seen;
 #if GLS_WEIGHED == 2
+layout(location = 1) out vec4 o_unshadowed;
+#endif
+#elif GLS_WEIGHED == 2
 layout(location = 0) out vec4 o_seen;
 layout(location = 1) out vec4 o_unshadowed;
 #elif GLS_WEIGHED
@@ -280,6 +297,17 @@ void main() {
     float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the visible side
     normal *= side;
     vec3 lit_normal = normal;
+#if GLS_PATTERN
+    pattern_position = position;
+#if GLS_ORTHO
+    pattern_depth = 1.0;
+#else
+    pattern_depth = depth;
+#endif
+#endif
+#if GLS_DIRECTIONS
+    vec3 on_triangle = position;
+#endif
 #if GLS_ROUNDED
 #if GLS_EXACT
     mat3 corners = mat3(own.a, own.b, own.c);
@@ -291,7 +319,11 @@ void main() {
                           texelFetch(u_positions, int(vertices.z)).xyz);
     float rounding = 1e-6 * dot(abs(position) + abs(v_lv_from_l), vec3(1.0));
 #endif
+#if GLS_DIRECTIONS
+    const float turned_by = -1.0; // all the way: sum_directions scales it for each direction
+#else
     float turned_by = dot(normal, light_arriving(position).xyz);
+#endif
     SmoothPoint rounded = smooth_point(triangle, position, normal, side, turned_by, corners, v_axes_l, rounding);
     position = rounded.position;
     lit_normal = rounded.normal;
@@ -324,7 +356,25 @@ void main() {
     lit = light_shines_on(position) ? lit : 0.0;
 #endif
 #if GLS_ALONE
+#if GLS_DIRECTIONS
+#if GLS_SELECTIVE
+    bool darkened = is_darkened(surface.r);
+#else
+    const bool darkened = true;
+#endif
+#if !GLS_PER_SAMPLE
+    const bool seen = true;
+#endif
+    DirectionSums sums = sum_directions(pixel, on_triangle, normal, lit_normal, position - on_triangle, darkened, seen);
+    vec2 plane_of = vec2(0.0, pack_plane_normal(normal));
+    plane_of.x = dot(unpack_plane_normal(plane_of.y), on_triangle);
 #if GLS_WEIGHED == 2
+    o_seen = vec4(sums.seen, plane_of.x);
+    o_unshadowed = vec4(sums.all, plane_of.y);
+#else
+    o_seen = vec4(sums.seen, sums.all, plane_of);
+#endif
+#elif GLS_WEIGHED == 2
     o_unshadowed = vec4(v_radiance * max(cosine, 0.0), 0.0);
     o_seen = o_unshadowed * lit;
 #elif GLS_WEIGHED

@@ -15,6 +15,46 @@ uniform sampler2D u_counts;
 uniform sampler2D u_unshadowed;
 #endif
 uniform float u_points; // sample points of the light
+#ifndef GLS_PATTERN
+#define GLS_PATTERN 0 // 1: neighbouring pixels have other sample points: means over those on the same surface; needs lib/plane_packing.glsl
+#endif
+#if GLS_PATTERN
+uniform float u_pixel; // height of a pixel, for each unit of view depth
+vec3 pattern_position; // set by the pass: the receiver, on its triangle
+float pattern_depth; // its view depth; 1 for an orthographic camera
+vec3 pattern_seen, pattern_all; // of light_visibility, for channel_visibility
+const float PATTERN_COSINE = 0.9; // normals farther apart than 25 degrees are of different surfaces
+
+// Sums of 3 x 3 pixels, the nearer ones counting more: 1 2 1, 2 4 2, 1 2 1, by which each of the four sets of a 2 x 2 block counts the same.
+// Pixels farther than one pixel from the receiver's plane are left out.
+void add_pattern(out vec3 seen, out vec3 all) {
+    seen = vec3(0.0);
+    all = vec3(0.0);
+    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(u_counts, 0) - 1;
+    vec3 normal = vec3(0.0);
+    for (int i = 0; i < 9; i++) {
+        int k = (i + 4) % 9; // the receiver's own pixel first
+        ivec2 step_ = ivec2(k % 3, k / 3) - 1, at = pixel + step_;
+        // beyond the image: the opposite neighbour, which has the same set
+        at = ivec2(at.x < 0 || at.x > last.x ? pixel.x - step_.x : at.x, at.y < 0 || at.y > last.y ? pixel.y - step_.y : at.y);
+        vec4 found = texelFetch(u_counts, at, 0);
+#if GLS_WEIGHED == 2
+        vec4 whole = texelFetch(u_unshadowed, at, 0);
+        vec2 plane = vec2(found.a, whole.a);
+        vec3 part = found.rgb, of = whole.rgb;
+#else
+        vec2 plane = found.zw;
+        vec3 part = vec3(found.r), of = vec3(found.g);
+#endif
+        vec3 other = unpack_plane_normal(plane.y);
+        normal = i == 0 ? other : normal;
+        bool same = i == 0 || dot(normal, other) > PATTERN_COSINE && abs(dot(other, pattern_position) - plane.x) <= u_pixel * pattern_depth;
+        float weight = same ? float((2 - abs(step_.x)) * (2 - abs(step_.y))) : 0.0;
+        seen += weight * part;
+        all += weight * of;
+    }
+}
+#endif
 
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: the highest bit marks pixels whose samples may see the light differently
@@ -27,14 +67,26 @@ bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
 
 #if GLS_WEIGHED == 2
 vec3 channel_visibility() { // of a channel that the sample points lack: that of the luminance
+#if GLS_PATTERN
+    vec3 seen = pattern_seen, all = pattern_all;
+#else
     vec3 seen = texelFetch(u_counts, ivec2(gl_FragCoord.xy), 0).rgb, all = texelFetch(u_unshadowed, ivec2(gl_FragCoord.xy), 0).rgb;
+#endif
     float sum = dot(all, LUMINANCE), mean = sum > 0.0 ? dot(seen, LUMINANCE) / sum : 0.0;
     return vec3(all.r > 0.0 ? seen.r / all.r : mean, all.g > 0.0 ? seen.g / all.g : mean, all.b > 0.0 ? seen.b / all.b : mean);
 }
 #endif
 
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
+#if GLS_PATTERN
+    add_pattern(pattern_seen, pattern_all);
 #if GLS_WEIGHED == 2
+    vec2 sums = vec2(dot(pattern_seen, LUMINANCE), dot(pattern_all, LUMINANCE));
+#else
+    vec2 sums = vec2(pattern_seen.x, pattern_all.x);
+#endif
+    return sums.y > 0.0 ? sums.x / sums.y : 0.0;
+#elif GLS_WEIGHED == 2
     vec2 sums = vec2(dot(texelFetch(u_counts, ivec2(gl_FragCoord.xy), 0).rgb, LUMINANCE),
                      dot(texelFetch(u_unshadowed, ivec2(gl_FragCoord.xy), 0).rgb, LUMINANCE));
     return sums.y > 0.0 ? sums.x / sums.y : 0.0;

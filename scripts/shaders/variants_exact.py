@@ -7,6 +7,7 @@ from itertools import product
 
 from glshadow.shader.slots import (
     area_slots,
+    direction_slots,
     exact_defines,
     exact_slots,
     open_slots,
@@ -102,8 +103,27 @@ def area() -> Iterator[Variant]:
     for weighed in (1, 2):
         alone = {"GLS_AT_INFINITY": 1, "GLS_ALONE": 1, "GLS_WEIGHED": weighed}
         yield Variant("pass/resolve.frag", "core330", open_slots(KINDS[0]), alone)
+        for sets, surface, more in product(
+            (1, 4), ({}, {"GLS_ROUNDED": 1}, {"GLS_CAPSULES": 2, "GLS_ORTHO": 1}), ({}, PER_SAMPLE)
+        ):
+            sampling = {
+                **alone,
+                **surface,
+                **more,
+                "GLS_DIRECTIONS": 64,
+                "GLS_SETS": sets,
+                "GLS_SELECTIVE": sets // 4,
+                "GLS_BITS": sets // 4,
+            }
+            yield Variant("pass/resolve.frag", "core330", direction_slots(), sampling)
+        light = next(kind for kind in WIDE if kind.weighted and kind.at_infinity and kind.per_channel == (weighed == 2))
+        for orthographic in (0, 1):
+            mean = {"GLS_AT_INFINITY": 1, "GLS_WEIGHED": weighed, "GLS_PATTERN": 1, "GLS_ORTHO": orthographic}
+            yield Variant("pass/resolve.frag", "core330", precomputed_slots(light), mean)
     for stage in (0, 1):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})
     for point in (0, 1):
         yield Variant("pass/grounds.comp", "core430", {}, {"GLS_POINT": point})
     yield Variant("pass/chain.comp", "core430", {}, {})
+    yield Variant("pass/direction_maps.comp", "core430", {}, {})
+    yield Variant("pass/depth_bits.frag", "core330", {}, {})

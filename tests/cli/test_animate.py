@@ -90,7 +90,9 @@ def test_time_and_animation() -> None:
     for more in ([], ["--animation", "fall"], ["--animation", "0"]):
         run("fall.glb", "--time", "0.25", "-o", "at.png", *more)
         np.testing.assert_array_equal(image.read("at.png")[..., :3], expected(scene, [0.25])[0])
-    assert "no animation is 'jump'; there are 1: 'fall'" in run("fall.glb", "--animation", "jump", code=1).stderr
+    jump = run("fall.glb", "--animation", "jump", "--time", "0", code=1)
+    assert "no animation is 'jump'; there are 1: 'fall'" in jump.stderr
+    assert "--animation needs --time or --animate" in run("fall.glb", "--animation", "fall", code=2).stderr
     assert "1 s is outside its animation" in run("fall.glb", "--time", "1").stderr
 
 

@@ -19,7 +19,6 @@ from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
-from glshadow.shadows import shadow as shadow_module
 
 from .test_casters import CAMERA, ground, leaf, leaves, placed
 
@@ -127,7 +126,7 @@ def forget(renderer: Renderer) -> None:
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("sets", [0, pytest.param(SETS, marks=pytest.mark.exhaustive)])
 def test_image_is_independent_of_earlier_frames(scene: Scene, sets: int) -> None:
-    """Every set of lights once, and further ones with a blended pane, which doubles the time; tests/gl/test_layers.py has others."""
+    """Every set of lights once, and further ones with a transparent surface, which doubles the time; tests/gl/test_layers.py has others."""
     scene = scene if sets else Scene(scene.nodes[:-1], CAMERA, name="some of everything")
     rng = np.random.default_rng(SEED)
     known = lights()
@@ -261,7 +260,7 @@ def test_area_light_without_any_lists_uses_as_many_maps(
     scene: Scene, refuse: Refuse, monkeypatch: pytest.MonkeyPatch, which: str
 ) -> None:
     """Also if only the lists of a late sample point do not fit. It is an error only if Exact() was requested by name."""
-    monkeypatch.setattr(shadow_module, "RESOLUTION", 128)
+    monkeypatch.setattr(gs.Filter, "resolution", 128)
     light = SIZED["lamp"]
     last = light.hard_lights(64)[-1].position  # type: ignore[union-attr]
     refuse(

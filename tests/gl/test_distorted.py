@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -130,9 +132,9 @@ def test_no_distortion_is_the_plain_image() -> None:
         scene.camera,
         gs.IntrinsicsCamera(300.0, 300.0, 150.2, 117.9, scene.camera.position, scene.camera.target),
     ):
-        plain = gs.render(scene, camera, size=SIZE, outputs=names, samples=4)
+        plain = gs.render(scene, camera, size=SIZE, outputs=names, samples=4, exposure=1.0)
         frame = gs.render_distorted(
-            scene, camera, gs.BrownDistortion(), size=SIZE, oversampling=1, outputs=names, samples=4
+            scene, camera, gs.BrownDistortion(), size=SIZE, oversampling=1, outputs=names, samples=4, exposure=1.0
         )
         assert frame.camera == camera
         assert frame.size == SIZE
@@ -186,3 +188,21 @@ def test_what_cannot_be_rendered_is_refused(arguments: dict[str, object], named:
     given = {"scene": SCENE, "camera": CAMERA, "distortion": BARREL, "size": SIZE, **arguments}
     with pytest.raises(SettingsError, match=named):
         gs.render_distorted(**given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("lens", [BARREL, FISHEYE], ids=("barrel", "fisheye"))
+def test_arrays_have_the_lens(tmp_path: Path, lens: gs.Distortion) -> None:
+    """K, R, t and D of the file image each position within the stated error of its pixel."""
+    frame = gs.render_distorted(
+        SCENE, CAMERA, lens, LIGHT, (64, 48), tmp_path / "a.npz", outputs=("position",), samples=1
+    )
+    assert frame.distortion == lens
+    with np.load(tmp_path / "a.npz") as file:
+        K, R, t, D, position = (file[name] for name in ("K", "R", "t", "D", "position"))
+    again = (gs.BrownDistortion if len(D) == 5 else gs.FisheyeDistortion)(*D)
+    seen = position @ R.T + t
+    pixel = again.distorted(seen[..., :2] / seen[..., 2:]) * (K[0, 0], K[1, 1]) + K[:2, 2]
+    away = np.linalg.norm(pixel - np.stack(np.meshgrid(np.arange(64), np.arange(48)), axis=-1), axis=-1)
+    assert np.nanmax(away) <= np.sqrt(0.5) / 2 + 1e-6  # float32 depths
+    gs.render(SCENE, CAMERA, LIGHT, (64, 48), tmp_path / "b.npz", outputs=("node",), samples=1)
+    assert "D" not in np.load(tmp_path / "b.npz")

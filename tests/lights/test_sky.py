@@ -47,7 +47,7 @@ def test_single_map_filter_is_applied_to_many_maps(renderer: gs.Renderer, filter
 
 def test_mapped_sky_shadow_matches_the_exact_one(renderer: gs.Renderer) -> None:
     """Not the hard shadow of a directional light in the zenith."""
-    scene, sky = gs.scenes.courtyard(), gs.SkyLight()
+    scene, sky = gs.scenes.courtyard(), gs.SkyLight(shadow=gs.Shadow(filter=gs.Exact()))
     exact = renderer.render(scene, None, [sky], SIZE, samples=1)
     mapped = renderer.render(scene, None, [replace(sky, shadow=gs.Shadow(filter=gs.Pcf(1)))], SIZE, samples=1)
     difference = mapped.visibility[0] - exact.visibility[0]

@@ -375,6 +375,23 @@ def test_instances_move_with_their_node(tmp_path: Path) -> None:
     assert [node.world_from_mesh[:3, 3].tolist() for node in now.nodes] == [[1, 3, 0], [2, 3, 0]]
 
 
+@pytest.mark.parametrize("keys", [(0, 1), (1, 0)])
+def test_what_vanishes_is_not_seen(tmp_path: Path, renderer: gs.Renderer, keys: tuple[int, int]) -> None:
+    """A file of one node that grows from nothing, or shrinks to it: an image without it, not an error in the middle of a video."""
+    values = [[key] * 3 for key in keys]
+    file = moving((0, "scale", [0, 1], values), nodes=[{"mesh": 0, "translation": [3, 2, 1]}])
+    scene = scene_of(file, tmp_path).framed([0.0, 1.0])
+    seen = scene.at(float(keys.index(1)))
+    assert np.array_equal(corners(seen), FACE + np.array([3, 2, 1]))
+    gone = scene.at(float(keys.index(0)))
+    assert np.array_equal(gone.bounds.mean(axis=0).round(6), (3, 2, 1))
+    assert np.array_equal(corners(gone.at(float(keys.index(1)))), corners(seen))
+    outputs = ("alpha",)
+    assert renderer.render(seen, size=(32, 24), samples=1, outputs=outputs).alpha.any()
+    with pytest.warns(GlshadowWarning, match="nothing is in view"):
+        assert not renderer.render(gone, size=(32, 24), samples=1, outputs=outputs).alpha.any()
+
+
 def test_nothing_to_see_at_rest(tmp_path: Path) -> None:
     file = moving((0, "scale", [0, 1], [[1, 1, 1], [2, 2, 2]]), nodes=[{"mesh": 0, "scale": [0, 0, 0]}])
     with pytest.warns(

@@ -98,11 +98,21 @@ PINHOLE = "1 PINHOLE 64 48 50 51 32 24\n"
         (PINHOLE, "1 1 0 0 0 0 0 inf 1 a.png\n", "images.txt line 1: t must be"),
         ("1 PINHOLE 64 48 -50 51 32 24\n", ONE, "images.txt line 1: K must be"),
         ("1 PINHOLE 0 48 50 51 32 24\n", ONE, "size"),
+        (PINHOLE, ONE + "2 1 0 0 0 0 0 6 1 a.png\n", "images.txt line 3: a second image has the name 'a.png'"),
     ],
 )
 def test_broken_files_are_named(tmp_path: Path, cameras: str, images: str, named: str) -> None:
     with pytest.raises(SceneError, match=named):
         gs.read_colmap(model(tmp_path, cameras, images))
+
+
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+@pytest.mark.parametrize("points", ["\n", "", "0.5 1.5 -1 2.5 3.5 7\n"])
+def test_lines_of_points_may_be_missing(tmp_path: Path, points: str, mark: str) -> None:
+    """And a byte order mark may be there."""
+    lines = "".join(f"{k} 1 0 0 0 0 0 5 1 {name}\n{points}" for k, name in enumerate(("a.png", "b 1.png", "c 2 3")))
+    found = gs.read_colmap(model(tmp_path, mark + PINHOLE, mark + lines))
+    assert list(found) == ["a.png", "b 1.png", "c 2 3"]
 
 
 def test_missing_files_are_named(tmp_path: Path) -> None:

@@ -86,8 +86,7 @@ def test_obj_material_groups_become_nodes(tmp_path):
     ("text", "pattern"),
     [
         (CORNERS + "f 1 2 9\n", "vertex 8, but there are 4, counted from 0"),
-        (PLATE + "f 1 0 2\n", "'f 1 0 2' uses index 0"),
-        (PLATE + "f 1 2 -5\n", "'f 1 2 -5' counts back beyond the first of 4"),
+        (CORNERS + "f 1 0 2\n", "nothing to render: the face 'f 1 0 2' uses index 0"),
         (PLATE + "f 1 2 x\n", "'x' is not an integer"),
         (PLATE + "f 1 2 99999999999999999999\n", "'99999999999999999999' is not an integer"),
         (PLATE + "f 1 2 /3\n", "a corner without a vertex"),
@@ -98,6 +97,32 @@ def test_obj_material_groups_become_nodes(tmp_path):
 def test_broken_obj(tmp_path, text, pattern):
     with pytest.raises(SceneError, match=pattern):
         loaded(tmp_path / "a.obj", text)
+
+
+@pytest.mark.parametrize(
+    ("face", "pattern"),
+    [
+        ("f 1 0 2", "'f 1 0 2' uses index 0"),
+        ("f 1 2 -5", "'f 1 2 -5' counts back beyond the first of 4"),
+        ("f 1 2 9", "vertex 8, but there are 4"),
+    ],
+)
+def test_face_without_a_vertex_is_left_out(tmp_path, face, pattern):
+    with pytest.warns(GlshadowWarning) as caught:
+        scene = loaded(tmp_path / "a.obj", f"{CORNERS}f 1 2 3\n{face}\n{face}\nf 1 3 4\n")
+    said = [str(each.message) for each in caught]
+    assert any(pattern in each for each in said)
+    assert any("2 of 4 faces left out" in each for each in said)
+    assert len(said) == len(set(said)) <= 2
+    assert scene.nodes[0].mesh.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_coordinate_that_counts_back_beyond_the_first_is_missing(tmp_path):
+    with pytest.warns(GlshadowWarning) as caught:
+        mesh = loaded(tmp_path / "a.obj", CORNERS + "vn 0 1 0\nf 1//-9 2//-1 3//-1\n").nodes[0].mesh
+    assert "counts back beyond the first of 2 elements" in str(caught[0].message)
+    assert "1 corner(s) refer to normals that do not exist" in str(caught[1].message)
+    assert mesh.normals.tolist() == [[0, 0, 1], [0, 1, 0], [0, 1, 0]]
 
 
 def test_references_to_missing_attributes_are_noted(tmp_path):

@@ -69,11 +69,28 @@ def test_colors_of_cells_follow_vtks_order() -> None:
         cell_data=Data("RGB", RGB=cells),
         point_data=Data("z", z=np.zeros(5)),
     )
-    with pytest.warns(GlshadowWarning, match="2 points or lines left out"):
-        mesh = mesh_of(source)
+    with pytest.warns(GlshadowWarning, match="left out: Points need a radius"):
+        mesh, line = (node.mesh for node in gs.load(source).nodes)
+    np.testing.assert_allclose(line.material.color[:3], linear_from_srgb(cells[1] / 255.0), atol=1e-12)
     expected = linear_from_srgb(cells[[2, 2, 3, 4, 4]] / 255.0)
     np.testing.assert_allclose(mesh.colors[mesh.triangles[:, 0]][:, :3], expected, atol=1e-6)
     np.testing.assert_array_equal(mesh.positions[mesh.triangles[3:]], SQUARE[[[0, 1, 3], [1, 2, 3]]])
+
+
+def test_points_and_lines_have_the_colors_of_points_or_cells() -> None:
+    """VTK numbers cells of points first, then lines, then polygons."""
+    linear = linear_from_srgb(RGB / 255.0)
+    given = {"verts": [1, 4, 2, 0, 1], "lines": [3, 0, 1, 2, 2, 3, 4], "faces": []}
+    points, lines = (node.mesh for node in gs.load(polydata(point_data=Data(RGB=RGB), **given)).nodes)
+    assert isinstance(points, gs.Points)
+    assert isinstance(lines, gs.Lines)
+    np.testing.assert_array_equal(points.positions, SQUARE[[4, 0, 1]])
+    np.testing.assert_allclose(points.colors[:, :3], linear[[4, 0, 1]], atol=1e-6)
+    np.testing.assert_array_equal(lines.positions[lines.ends], SQUARE[[[0, 1], [1, 2], [3, 4]]])
+    np.testing.assert_allclose(lines.colors[:, :3], linear, atol=1e-6)
+    points, lines = (node.mesh for node in gs.load(polydata(cell_data=Data(RGB=RGB[:4]), **given)).nodes)
+    np.testing.assert_allclose(points.colors[:, :3], linear[[0, 1, 1]], atol=1e-6)
+    np.testing.assert_allclose(lines.colors[:, :3], linear[[2, 2, 2, 3, 3]], atol=1e-6)
 
 
 def test_scalars_that_are_not_colors_are_named() -> None:
@@ -96,7 +113,7 @@ def test_normals_and_texture_coordinates_are_kept() -> None:
         ({"faces": [3, 0, 1, -1]}, "vertex -1"),
         ({"faces": [3, 0, 1, 2, 9, 1]}, "cells are broken"),
         ({"faces": [-2, 0, 1]}, "cells are broken"),
-        ({"faces": []}, "no polygons"),
+        ({"faces": []}, "no polygons, lines or points"),
         ({"cell_data": Data("RGB", RGB=RGB[:1])}, "1 colours of cells for 2 cells"),
         ({"points": SQUARE + np.inf}, "finite"),
     ],
@@ -163,8 +180,22 @@ def test_scalars_of_a_filter_are_named(pv: Any) -> None:
         gs.load(pv.Plane().elevation())
 
 
-def test_points_alone_have_no_surface(pv: Any) -> None:
-    with pytest.raises(SceneError, match="no polygons"):
-        gs.load(pv.PolyData(np.zeros((3, 3))))
+def test_points_and_lines(pv: Any) -> None:
+    for cloud in (pv.PolyData(SQUARE), pv.PointSet(SQUARE)):
+        points = mesh_of(cloud)
+        assert isinstance(points, gs.Points)
+        np.testing.assert_array_equal(points.positions, SQUARE)
+    spline = mesh_of(pv.MultipleLines(SQUARE))
+    assert isinstance(spline, gs.Lines)
+    assert spline.count == 4
+    both = gs.load(pv.Cube().merge(pv.MultipleLines(SQUARE)))
+    assert [(node.name, type(node.mesh)) for node in both.nodes] == [("mesh", gs.Mesh), ("lines", gs.Lines)]
+    assert [node.name for node in gs.load(pv.MultiBlock({"axis": pv.PolyData(SQUARE), "ball": pv.Sphere()})).nodes] == [
+        "axis",
+        "ball",
+    ]
+
+
+def test_tables_have_no_surface(pv: Any) -> None:
     with pytest.raises(SceneError, match="no surface"):
         gs.load(pv.Table())

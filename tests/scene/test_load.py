@@ -20,6 +20,8 @@ from glshadow.scene.box import default_sun
 from glshadow.scene.mesh import AlphaMode
 from glshadow.scene.nodes import Scene
 
+from .glb import Glb
+
 # name: (rendered triangles, nodes, distinct meshes, world extents, distinct images): as stated in the models' README
 MODELS = {
     "house_scene.glb": (10_497, 2, 2, (0.503, 0.187, 0.504), 1),
@@ -350,6 +352,41 @@ def test_gltf_camera_refused(tmp_path, kind, lens, message):
         load(gltf(tmp_path, cameras=[{"type": kind, kind: lens}]))
 
 
+def test_gltf_camera_can_be_named_if_the_first_is_broken(tmp_path):
+    glb = Glb(nodes=[{"mesh": 0}, {"camera": 0, "name": "bad"}, {"camera": 1}, {"camera": 2}])
+    lens = {"type": "perspective", "name": "good", "perspective": {"yfov": 0.5}}
+    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 4.0}}, lens, lens]
+    glb.mesh({"attributes": {"POSITION": glb.add([[0, 0, 0], [1, 0, 0], [0, 1, 0]])}})
+    path = glb.save(tmp_path / "a.glb")
+    with pytest.raises(SceneError, match=r"camera 'bad': .*fov_y.*: name another one, of good, node3$"):
+        load(path)
+    assert list(load(path, camera="good").cameras) == ["good", "node3"]  # the camera's own name, if its node has none
+
+
+@pytest.mark.parametrize(
+    ("light", "note"),
+    [
+        ({"type": "area"}, "must be directional, point or spot, got 'area': left out"),
+        ({"type": "point", "intensity": "x"}, "is not valid glTF"),
+        ({"type": "directional", "color": [1, 2]}, "color"),
+        ({"type": "point", "intensity": -1.0}, "intensity"),
+        ([], "must be an object"),
+    ],
+)
+def test_gltf_broken_light_is_left_out(tmp_path, light, note):
+    extension = {"KHR_lights_punctual": {"lights": [light, {"type": "spot"}]}}
+    with pytest.warns(GlshadowWarning, match=f"{note}.*left out|{note}"):
+        scene = load(gltf(tmp_path, extensions=extension))
+    assert [type(each) for each in scene.lights] == [SpotLight]
+
+
+def test_gltf_spot_with_an_inner_angle_beyond_its_outer_one(tmp_path):
+    spot = {"type": "spot", "spot": {"innerConeAngle": 0.5, "outerConeAngle": 0.25}}
+    with pytest.warns(GlshadowWarning, match="inner angle of 28.6479 degrees: narrowed to its outer one, 14.3239"):
+        scene = load(gltf(tmp_path, extensions={"KHR_lights_punctual": {"lights": [{"type": "point"}, spot]}}))
+    assert scene.lights[1].inner_angle == scene.lights[1].outer_angle
+
+
 def test_gltf_unknown_camera_is_left_out(tmp_path):
     with pytest.warns(GlshadowWarning, match="is fisheye, which is not supported"):
         scene = load(gltf(tmp_path, cameras=[{"type": "fisheye", "fisheye": {}}]))
@@ -410,6 +447,13 @@ def pyrender():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # deprecations of its own dependencies
         return pytest.importorskip("pyrender", reason="optional: pip install glshadow[pyrender]")
+
+
+def test_pyrender_mesh_alone(pyrender):
+    scene = load(pyrender.Mesh.from_trimesh(trimesh.creation.box(), smooth=False))
+    assert [(node.name, len(node.mesh.triangles)) for node in scene.nodes] == [("mesh", 12)]
+    with pytest.raises(SceneError, match=r"a pyrender\.PerspectiveCamera is neither a scene nor a mesh"):
+        load(pyrender.PerspectiveCamera(yfov=0.6))
 
 
 def test_pyrender_scene(pyrender):

@@ -10,6 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow import image
+from glshadow.io.imported import WHITE
 
 from .glb import Glb
 
@@ -171,11 +172,32 @@ def test_tangents_are_read_for_a_normal_map_alone(tmp_path: Path) -> None:
         {"normalTexture": []},
         {"normalTexture": {"index": 0, "scale": None}},
         {"extensions": {"KHR_materials_emissive_strength": 3}},
+        textured(texCoord="x"),
+        textured(extensions={"KHR_texture_transform": {"offset": [1]}}),
+        {"alphaCutoff": {}},
     ],
 )
-def test_bad_values_are_named_errors(tmp_path: Path, material: dict[str, Any]) -> None:
-    with pytest.raises(gs.SceneError, match=r"materials\[0\]"):
-        loaded(tmp_path, material)
+def test_broken_material_is_the_default_one(tmp_path: Path, material: dict[str, Any]) -> None:
+    with pytest.warns(gs.GlshadowWarning, match=r"materials\[0\].*: drawn with the default material") as caught:
+        mesh = loaded(tmp_path, material)
+    assert len(caught) == 1
+    assert len(mesh.triangles) == 2
+    assert mesh.material is WHITE
+
+
+@pytest.mark.parametrize("index", [7, -1, None, "x", [0]])
+def test_texture_that_is_not_there_is_left_out(tmp_path: Path, index: Any) -> None:
+    given = {"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1], "baseColorTexture": {"index": index}}}
+    with pytest.warns(gs.GlshadowWarning, match=r"materials\[0\] refers to textures\[.*; drawn without this texture"):
+        material = loaded(tmp_path, given).material
+    assert (material.color, material.texture) == ((1.0, 0.0, 0.0, 1.0), None)
+
+
+def test_material_that_is_not_there_is_the_default_one(tmp_path: Path) -> None:
+    glb = square(tmp_path, {})
+    glb.json["meshes"][0]["primitives"][0]["material"] = 3
+    with pytest.warns(gs.GlshadowWarning, match=r"refers to materials\[3\].*: drawn with the default material"):
+        assert gs.load(glb.save(tmp_path / "a.glb")).nodes[0].mesh.material is WHITE
 
 
 @pytest.mark.parametrize(

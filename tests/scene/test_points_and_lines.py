@@ -17,6 +17,8 @@ import glshadow as gs
 from glshadow.errors import SceneError
 from glshadow.scene.capsules import TUBE_SHARE, Capsules, median_distance
 
+from .glb import Glb
+
 PLACES = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]], dtype=np.float32)
 
 
@@ -112,11 +114,48 @@ def test_obj_points_and_lines_beside_faces(tmp_path: Path) -> None:
     assert np.array_equal(lines.positions[lines.ends], PLACES[[[0, 1], [1, 2], [2, 0]]])
     assert lines.material.color == (1.0, 0.0, 0.0, 1.0)
     (tmp_path / "beyond.obj").write_text("v 0 0 0\nv 1 0 0\nl 1 3\n")
-    with pytest.raises(SceneError, match="a line refers to vertex 2"):
+    with pytest.raises(SceneError, match="nothing to render: its lines: 1 of 1 lines left out: one refers to vertex 2"):
         gs.load(tmp_path / "beyond.obj")
     (tmp_path / "zero.obj").write_text("v 0 0 0\nv 1 0 0\np 0\n")
-    with pytest.raises(SceneError, match="before the first"):
+    with pytest.raises(SceneError, match="nothing to render: 1 of 1 points left out: one refers to vertex -1"):
         gs.load(tmp_path / "zero.obj")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("cloud.obj", "# a cloud\nv 0 0 0 255 0 0\nv 1 0 0 255 0 0\nv 0 2 0 255 0 0\n"),
+        ("cloud.off", "COFF\n3 0 0\n0 0 0 255 0 0\n1 0 0 255 0 0\n0 2 0 255 0 0\n"),
+    ],
+)
+def test_vertices_alone_are_points(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+    points = _only(gs.load(tmp_path / name))
+    assert isinstance(points, gs.Points)
+    assert np.array_equal(points.positions, PLACES)
+    assert points.material.color == (1.0, 0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("statement", "left"), [("p 1 2 9\np 0 3 -7", [0, 1, 2]), ("l 1 2 9\nl -9 1\nl 2 3", [0, 1, 1, 2])]
+)
+def test_points_and_lines_without_a_vertex_are_left_out(tmp_path: Path, statement: str, left: list[int]) -> None:
+    (tmp_path / "a.obj").write_text(f"v 0 0 0\nv 1 0 0\nv 0 2 0\n{statement}\n")
+    with pytest.warns(gs.GlshadowWarning, match="[23] of [46] (points|lines) left out: one refers to vertex 8"):
+        mesh = _only(gs.load(tmp_path / "a.obj"))
+    used = mesh.positions if isinstance(mesh, gs.Points) else mesh.positions[mesh.ends].reshape(-1, 3)
+    assert np.array_equal(used, PLACES[left])
+
+
+def test_edges_of_ply_and_lines_of_gltf_without_a_vertex_are_left_out(tmp_path: Path) -> None:
+    rows = "".join(f"{x} {y} {z}\n" for x, y, z in PLACES.tolist())
+    edges = "element edge 2\nproperty int vertex1\nproperty int vertex2\nend_header\n" + rows + "0 1\n1 9\n"
+    (tmp_path / "lines.ply").write_text(PLY + edges)
+    glb = Glb(nodes=[{"mesh": 0}])
+    glb.mesh({"attributes": {"POSITION": glb.add(PLACES)}, "indices": glb.add([0, 1, 9], "uint8"), "mode": 3})
+    for path in (tmp_path / "lines.ply", glb.save(tmp_path / "lines.glb")):
+        with pytest.warns(gs.GlshadowWarning, match="1 of 2 lines left out: one refers to vertex 9, but there are 3"):
+            assert _only(gs.load(path)).count == 1
 
 
 @pytest.mark.parametrize(("mode", "ends"), [(1, [[0, 1]]), (2, [[0, 1], [1, 2], [2, 0]]), (3, [[0, 1], [1, 2]])])

@@ -42,7 +42,7 @@ def slab() -> np.ndarray:
     [SUN, gs.PointLight(position=(3.0, 4.0, 1.0)), gs.SpotLight(position=(0.0, 5.0, 0.0), direction=(0.0, -1.0, 0.0))],
 )
 def test_floor_under_everything_shadows_nothing(light: gs.DirectionalLight) -> None:
-    assert not darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), light)
+    assert not darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), light.extremes())
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,11 @@ def test_floor_under_everything_shadows_nothing(light: gs.DirectionalLight) -> N
     ids=["below", "sunk into it", "beside it, in its shadow"],
 )
 def test_floor_shadows_bodies_behind_it(low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
-    assert darkens(slab(), box(low, high), SUN)
+    assert darkens(slab(), box(low, high), SUN.extremes())
 
 
 def test_floor_casts_under_a_light_from_below() -> None:
-    assert darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), gs.PointLight(position=(0.0, -3.0, 0.0)))
+    assert darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), gs.PointLight(position=(0.0, -3.0, 0.0)).extremes())
 
 
 def test_valleys_and_open_boxes_may_shadow_themselves() -> None:
@@ -68,10 +68,10 @@ def test_valleys_and_open_boxes_may_shadow_themselves() -> None:
     right = left * (-1.0, 0.15, 1.0)
     low = gs.DirectionalLight(direction=(1.0, -0.3, 0.1))
     valley, tent = np.concatenate([left, right]), np.concatenate([left, right]) * (1.0, -1.0, 1.0)
-    assert darkens(valley, valley, low)
-    assert not darkens(tent, tent, gs.DirectionalLight(direction=(0.1, -1.0, 0.1)))
+    assert darkens(valley, valley, low.extremes())
+    assert not darkens(tent, tent, gs.DirectionalLight(direction=(0.1, -1.0, 0.1)).extremes())
     open_box = slab()[[1, 2, 4, 5, 6, 7, 8, 9]]
-    assert darkens(open_box, open_box, SUN)
+    assert darkens(open_box, open_box, SUN.extremes())
 
 
 def test_camera_outside_a_convex_body_sees_no_back_face() -> None:
@@ -93,8 +93,8 @@ def test_plank_between_the_extreme_points_of_a_light_casts() -> None:
     plank = np.array([[[-9.0, 0.0, 0.05], [9.0, 0.0, 0.05], [9.0, 0.0, -0.05]]])
     target = box((-0.1, -5.1, -0.1), (0.1, -5.0, 0.1))
     sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), angle=20.0)
-    assert darkens(plank, target, sun)
-    assert any(darkens(plank, target, point) for point in sun.hard_lights(256))
+    assert darkens(plank, target, sun.extremes())
+    assert any(darkens(plank, target, point.extremes()) for point in sun.hard_lights(256))
 
 
 def test_against_rays(rng: np.random.Generator) -> None:
@@ -107,7 +107,7 @@ def test_against_rays(rng: np.random.Generator) -> None:
         triangle = rng.normal(size=(1, 3, 3)) * 3.0
         middle = rng.normal(size=3) * 6.0
         target = box(tuple(middle - 0.5), tuple(middle + 0.5))
-        if darkens(triangle, target, SUN):
+        if darkens(triangle, target, SUN.extremes()):
             continue
         culled += 1
         points = middle + rng.uniform(-0.5, 0.5, size=(200, 3))

@@ -127,6 +127,12 @@ def test_polygons_without_area_and_isolated_corners():
     np.testing.assert_allclose(np.linalg.norm(normals[:6], axis=1), 1.0, atol=1e-15)
 
 
+def test_polygons_without_an_edge_have_no_smooth_normals():
+    places, corners, counts = np.zeros((2, 3)), np.array([0, 1, 0, 1, 1, 1]), np.array([2, 4])
+    assert smooth_normals(places, corners, counts, np.radians(60.0)) is None
+    assert smooth_normals(places, corners, counts, None, np.ones(2, dtype=np.int64)) is None
+
+
 def test_many_polygons_at_one_edge_are_creases():
     """A million pairs would be found otherwise."""
     angle = np.linspace(0, np.pi, 2000)

@@ -12,6 +12,7 @@ from glshadow.arguments import metered
 from glshadow.core.tone import START, displayed, neutral
 from glshadow.derive.exposure import light_level
 from glshadow.derive.look import WHITE
+from glshadow.scene.mesh import AlphaMode
 from glshadow.scene.sampled import SAMPLES, surface_samples
 from glshadow.scenes import shapes
 
@@ -115,6 +116,23 @@ def test_samples_are_spread_by_area() -> None:
     # a low-discrepancy sequence: each quarter of the large square has its share
     quarters = np.histogram2d(points[~small, 0], points[~small, 2], bins=2)[0]
     np.testing.assert_allclose(quarters / quarters.sum(), 0.25, atol=0.01)
+
+
+def test_an_added_ground_and_what_blends_or_emits_do_not_count() -> None:
+    scene = ground(2.0)
+    light = gs.PointLight(position=(0.5, 1.0, 0.5), intensity=100.0, falloff=2.0)
+    level = metered(scene, (light,), "auto")
+    near = shapes.rectangle((0, 0.9, 1), (1, 0, 0), (0, 0, -1))
+    glass = gs.Mesh(*near, material=gs.Material(color=(1.0, 1.0, 1.0, 0.5), alpha_mode=AlphaMode.BLEND))
+    bright = gs.Mesh(*near, material=gs.Material(emission=(1.0, 1.0, 1.0)))
+    for other in (
+        scene.with_ground(),
+        scene.with_ground(catches=True),
+        *(gs.Scene([*scene.nodes, each]) for each in (glass, bright)),
+    ):
+        assert metered(other, (light,), "auto") == level
+    assert metered(gs.Scene([*scene.nodes, gs.Mesh(*near)]), (light,), "auto") > 2.0 * level
+    assert metered(gs.Scene([bright]), (light,), "auto") > level  # if there is nothing else
 
 
 def test_a_scene_of_points_is_metered_too() -> None:

@@ -92,8 +92,8 @@ def draw_casters(
     return draws
 
 
-def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: CasterSettings, far: float) -> None:
-    """Set the state for drawing a view's casters into its tile, and clear the tile and its gutter to a depth."""
+def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: CasterSettings, far: float | None) -> None:
+    """Set the state for drawing a view's casters into its tile, and clear the tile and its gutter to a depth; None: keep its content."""
     ctx = context.ctx
     context.gl.clip_control(view.clip.zero_to_one) if context.caps.clip_control else None
     ctx.depth_func = ">=" if view.clip.reversed else "<="
@@ -102,6 +102,8 @@ def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: Cas
     factor, units = settings.bias.polygon_offset
     ctx.polygon_offset = (view.clip.sign * factor, view.clip.sign * units)
     atlas.framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
+    if far is None:
+        return
     side = view.resolution + 2 * view.gutter
     cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
     atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=far, viewport=cleared)

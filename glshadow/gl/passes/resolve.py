@@ -121,12 +121,17 @@ def _table(frame: FrameContext, made: Callable[[], LightTable]) -> moderngl.Text
 
 
 def count_seen(
-    frame: FrameContext, light: Light, receiver: Receiver, per_sample: PerSample | None, weights: int = 0
+    frame: FrameContext,
+    light: Light,
+    receiver: Receiver,
+    per_sample: PerSample | None,
+    weights: int = 0,
+    added: bool = True,
 ) -> None:
     """Add 1 to the bound framebuffer wherever a light without size is visible: for the image, or for samples of some pixels.
 
     `weights` 1: add the cosine at the surface instead of 1, and in a second channel the cosine wherever it is positive. 2: add these times
-    the light's colour, to two colours of the framebuffer.
+    the light's colour, to two colours of the framebuffer. Not `added`: write what the receiver's defines say.
     """
     targets = frame.targets
     program = frame.programs.get(
@@ -146,7 +151,7 @@ def count_seen(
     if weights == 2:  # without the base colour
         program.set(u_radiance=light.color)
     program.bind(**_surface(frame), **receiver.textures)
-    colors = 2 if weights == 2 else 1
+    colors = (2 if weights == 2 else 1) if added else 0
     if per_sample is not None:
         _draw_per_sample(program, frame, per_sample, colors)
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,14 +47,22 @@ def casters_seen(scene: GpuScene, light: Light, camera_view: CameraView | None) 
     if casters is None:
         if len(scene.casting) >= _KEPT:
             scene.casting.clear()
-        casters = scene.casting[key] = _casters(scene, light)
+        casters = scene.casting[key] = _casters(scene, light.extremes())
     casting = casters.always.copy()
     for i, body in casters.inside.items():
         casting[i] = camera_view is None or not (camera_view.outside[i] or body.excludes(camera_view.near_corners))
     return casting
 
 
-def _casters(scene: GpuScene, light: Light) -> Casters:
+def casters_among(scene: GpuScene, lights: Sequence[Light]) -> NDArray[np.bool_]:
+    """Which nodes (N,) darken anything that some camera sees, in light from within the hull of hard lights."""
+    casters = _casters(scene, lights)
+    casting = casters.always.copy()
+    casting[list(casters.inside)] = True
+    return casting
+
+
+def _casters(scene: GpuScene, parts: Sequence[Light]) -> Casters:
     """Cull large bodies of few triangles that certainly darken neither another body nor themselves."""
     casting, inside = scene.casts.copy(), {}
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
@@ -66,12 +75,12 @@ def _casters(scene: GpuScene, light: Light) -> Casters:
         if triangles is None:
             continue
         placed = transform(scene.nodes[i].world_from_mesh, triangles)
-        if darkens(placed, np.delete(scene.corners, i, axis=0), light, scene.origin):
+        if darkens(placed, np.delete(scene.corners, i, axis=0), parts, scene.origin):
             continue
         body = convex(placed, scene.origin) if mesh.closed and not scene.meshes[i].cut_out else None
         if body is not None:
             inside[int(i)] = body
-        elif darkens(placed, placed, light, scene.origin):
+        elif darkens(placed, placed, parts, scene.origin):
             continue
         casting[i] = False
     return Casters(casting, inside)

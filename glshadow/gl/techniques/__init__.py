@@ -14,6 +14,7 @@ from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.translucent import Tint
 from glshadow.gl.techniques.accumulated import Accumulated
 from glshadow.gl.techniques.area import Area
+from glshadow.gl.techniques.directions import Directions
 from glshadow.gl.techniques.listed import Listed
 from glshadow.gl.techniques.mapped import Mapped
 from glshadow.gl.techniques.prefiltered import Prefiltered
@@ -37,10 +38,11 @@ def technique_of(
     kinds: dict[Needs, type[Technique]] = {
         Needs.COMPARISON: Mapped,
         Needs.MOMENTS: Prefiltered,
+        Needs.DIRECTIONS: Directions,
         Needs.TRIANGLES: Listed if context.caps.compute else Uploaded,
     }
     kind: type[Technique] = kinds[shadow.filter.needs]
-    if shadow.filter.points_of_light and light.has_size:
+    if shadow.filter.points_of_light and light.has_size and kind is not Directions:
         if kind is Listed and not capsules and shadow.requested.faces is None and light.penumbra is not None:
             return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
@@ -106,6 +108,6 @@ class Techniques(dict[tuple[int, str], Technique]):
 
 
 __all__ = [
-    "Accumulated", "Area", "LightPass", "Listed", "Mapped", "Prefiltered", "Receiver", "Technique", "Techniques", "Uploaded",
+    "Accumulated", "Area", "Directions", "LightPass", "Listed", "Mapped", "Prefiltered", "Receiver", "Technique", "Techniques", "Uploaded",
     "technique_of",
 ]  # fmt: skip

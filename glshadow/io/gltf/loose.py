@@ -9,7 +9,7 @@ import numpy as np
 
 from glshadow.core.setting import shown
 from glshadow.errors import SceneError
-from glshadow.io.clouds import lines_of, linked, points_of
+from glshadow.io.clouds import existing, lines_of, linked, points_of
 from glshadow.io.gltf.accessor import read_accessor, read_whole
 from glshadow.io.gltf.document import as_object
 from glshadow.io.gltf.indices import TRIANGLES
@@ -53,10 +53,9 @@ def _made(primitives: Primitives, primitive: dict[str, Any], form: Form, where: 
     indices = np.arange(count)
     if "indices" in primitive:
         indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
-        if indices.size and indices.max() >= count:
-            raise SceneError(f"{where}: index {indices.max()} is out of range, it has {count} vertices")
     colors, material = _colors(vertices), surfaces.get(primitive.get("material"), where).given
     if mode == 0:
+        indices = existing(indices[:, None], count, f"{where}: ", "points", document.notes)[:, 0]
         own = None if colors is None else colors[indices]
         return points_of(positions[indices], own, where, document.notes, material)
     return lines_of(positions, linked(indices, mode), colors, where, document.notes, material)

@@ -14,6 +14,7 @@ from glshadow.core.setting import as_float, as_floats
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.gltf.basisu import is_ktx2, ktx2_header, read_ktx2
+from glshadow.io.gltf.broken import BROKEN, named
 from glshadow.io.gltf.document import Document, as_object, extensions
 from glshadow.io.gltf.transmission import transmission_of
 from glshadow.io.imported import WHITE, alpha_mode, reflectance, solid
@@ -53,12 +54,17 @@ class Surfaces:
     images: dict[int, NDArray[np.uint8] | None] = field(default_factory=dict)
 
     def get(self, index: Any, user: str) -> Surface:
-        """Material `index`; None is glTF's default material."""
+        """Material `index`; None is glTF's default material, which a broken one is replaced by, with a note."""
         if index is None:
             return Surface()
-        material = self.document.item("materials", index, user)
-        if index not in self.made:
-            self.made[index] = self._make(material, index)
+        try:
+            material = self.document.item("materials", index, user)
+            if index not in self.made:
+                self.made[index] = Surface()  # if it is broken
+                self.made[index] = self._make(material, index)
+        except BROKEN as error:
+            self.document.notes.append(f"{named(error, f'materials[{index!r}]')}: drawn with the default material")
+            return Surface()
         return self.made[index]
 
     def _make(self, given: dict[str, Any], index: int) -> Surface:
@@ -127,7 +133,12 @@ class Surfaces:
         return Sampler(wrap, magnify if magnify in MAGNIFY else LINEAR, minify, *placement)  # type: ignore[arg-type]
 
     def _texture(self, index: Any, user: str) -> NDArray[np.uint8] | None:
-        texture = self.document.item("textures", index, user)
+        """The image of texture `index`; one that is not there is left out with a note."""
+        try:
+            texture = self.document.item("textures", index, user)
+        except SceneError as error:
+            self._note(error)
+            return None
         webp = as_object(extensions(texture).get("EXT_texture_webp", {}), user)
         basis = as_object(extensions(texture).get("KHR_texture_basisu", {}), user)
         source = webp.get("source", texture.get("source", basis.get("source")))
@@ -137,6 +148,9 @@ class Surfaces:
                 f"textures[{index}] has no image that can be read (extensions: {known}): drawn without it"
             )
             return None
+        if not isinstance(source, int):
+            self._note(SceneError(f"textures[{index}].source must be an integer, got {source!r}"))
+            return None
         if source not in self.images:
             self.images[source] = self._image(source, f"textures[{index}]")
         return self.images[source]
@@ -144,10 +158,10 @@ class Surfaces:
     def _image(self, index: Any, user: str) -> NDArray[np.uint8] | None:
         """The decoded image. A missing or broken image is left out with a note; one beyond the limits raises an error."""
         where = f"images[{index}]"
-        given = self.document.item("images", index, user)
         budget = self.document.budget
         budget.check_time(where)
         try:
+            given = self.document.item("images", index, user)
             source = self._source(given, where)
         except SceneError as error:
             self._note(error)

@@ -14,7 +14,8 @@ import numpy as np
 from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
 from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
-from glshadow.errors import GlshadowError, SceneError
+from glshadow.errors import SceneError
+from glshadow.io.gltf.broken import BROKEN, named
 from glshadow.io.gltf.document import Document, as_object, extensions, open_document
 from glshadow.io.gltf.graph import Graph, instances
 from glshadow.io.gltf.indices import is_surface
@@ -26,7 +27,7 @@ from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.primitive import Form, Primitives, is_skinned
 from glshadow.io.gltf.skin import bound
 from glshadow.io.imported import WIDEST_CONE, Imported, shortened
-from glshadow.io.limits import Budget, OverLimit
+from glshadow.io.limits import Budget
 from glshadow.io.model_file import ModelFile
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
@@ -52,11 +53,11 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
     document = open_document(source, budget)
     found = Imported(notes=document.notes)
     graph = Graph(document)
-    named = _named(graph)
+    placed = _named(graph)
     moves = movement(document, graph)
     meshes = _Meshes(document, graph, moves)
     triangles = 0
-    for name, index, node, matrix in named:
+    for name, index, node, matrix in placed:
         if "mesh" not in node:
             continue
         budget.check_time(f"node {name!r}")
@@ -72,22 +73,23 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
                 kept = None if skinned else partial(instances, document, node, index, np.eye(4))
                 moves.add(len(found.nodes), index, meshes.deformer(mesh), places, kept, *meshes.posed_by(node, mesh))
             found.nodes += [Node(mesh, place, title) for title, place in zip(titles, places, strict=True)]
-    cameras, lights = _cameras(document, named), _lights(document, named)
+    (cameras, no_view), lights = _cameras(document, placed), _lights(document, placed)
     found.cameras = {name: camera for name, (_, camera, _) in cameras.items()}
+    found.no_view = no_view
     found.camera = next(iter(found.cameras.values()), None)
     found.lights = [light for _, light, _ in lights] or None
     found.motion = moves.motion(graph, cameras, lights)
     budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
     _note(document, meshes.lost)
     if not found.nodes:
-        raise SceneError(f"nothing to render: {_why_empty(document, named, meshes.lost)}")
+        raise SceneError(f"nothing to render: {_why_empty(document, placed, meshes.lost)}")
     return found
 
 
-def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> str:
+def _why_empty(document: Document, placed: list[Named], lost: Counter[str]) -> str:
     if lost["broken"]:
         return "; ".join(shortened(document.notes))
-    if not named:
+    if not placed:
         return "its scene has no nodes" if document.items("scenes") else "it has no scene"
     return "no node of its scene has a mesh with triangles, points or lines"
 
@@ -128,11 +130,9 @@ class _Meshes:
         """Turn an error into a note that this is left out; each error once."""
         try:
             yield
-        except OverLimit:
-            raise
-        except SceneError as error:
+        except BROKEN as error:
+            note = named(error, what)
             self.lost["broken"] += 1
-            note = str(error) if what in str(error) else f"{what}: {error}"
             if note not in self._noted:
                 self._noted.add(note)
                 self._document.notes.append(f"{note}: left out")
@@ -196,17 +196,20 @@ def _note(document: Document, lost: Counter[str]) -> None:
         )
 
 
-def _cameras(document: Document, named: list[Named]) -> dict[str, CameraAt]:
-    """The cameras of the scene by the names of their nodes; kinds that glTF does not define, and broken ones behind the first, are left
-    out with a note."""
+def _cameras(document: Document, placed: list[Named]) -> tuple[dict[str, CameraAt], str | None]:
+    """The cameras of the scene by the names of their nodes, without kinds that glTF does not define and broken ones, which are noted; and,
+    if the first is broken, what is wrong with it."""
     found: dict[str, CameraAt] = {}
-    for name, index, node, matrix in named:
+    no_view = None
+    for name, index, node, matrix in placed:
         if "camera" not in node:
             continue
         try:
             camera = document.item("cameras", node["camera"], f"node {name!r}")
             kind = camera.get("type")
             lens = as_object(camera.get(str(kind), {}), f"node {name!r}: its camera")
+            own = str(camera.get("name") or name)
+            name = name if node.get("name") or own in found else own
             if kind == "perspective":
                 fov_y = float(np.degrees(_size(lens, "yfov", name)))
                 perspective = partial(PerspectiveCamera.from_pose, fov_y=fov_y)
@@ -216,11 +219,12 @@ def _cameras(document: Document, named: list[Named]) -> dict[str, CameraAt]:
                 found[name] = index, orthographic(matrix), orthographic
             else:
                 document.notes.append(f"camera {name!r} is {kind}, which is not supported: left out")
-        except GlshadowError as error:
-            if not found:  # another view than the file's would be drawn
-                raise
-            document.notes.append(f"camera {name!r}: {error}: left out")
-    return found
+        except BROKEN as error:
+            if found or no_view:
+                document.notes.append(f"{named(error, f'camera {name!r}')}: left out")
+            else:
+                no_view = named(error, f"camera {name!r}")
+    return found, no_view
 
 
 def _size(lens: dict[str, Any], key: str, name: str) -> float:
@@ -233,18 +237,22 @@ def _size(lens: dict[str, Any], key: str, name: str) -> float:
     return value
 
 
-def _lights(document: Document, named: list[Named]) -> list[LightAt]:
-    given = as_object(extensions(document.json).get("KHR_lights_punctual", {}), "KHR_lights_punctual").get("lights", [])
-    lit = [each for each in named if "KHR_lights_punctual" in extensions(each[2])]
+def _lights(document: Document, placed: list[Named]) -> list[LightAt]:
+    """The lights of the scene; broken ones are left out with a note."""
+    lit = [each for each in placed if "KHR_lights_punctual" in extensions(each[2])]
     document.budget.limits.check("lights", len(lit), "the scene")
     lights: list[LightAt] = []
     for name, number, node, matrix in lit:
-        placed = extensions(node)["KHR_lights_punctual"]
-        index = as_object(placed, f"node {name!r}").get("light")
-        if not isinstance(index, int) or not 0 <= index < len(given):
-            raise SceneError(f"node {name!r} refers to light {index!r}, but the file has {len(given)} lights")
-        place = partial(_light, as_object(given[index], f"light {index}"), name)
-        lights.append((number, place(matrix, document.notes), place))
+        try:
+            stored = as_object(extensions(document.json).get("KHR_lights_punctual", {}), "KHR_lights_punctual")
+            given = stored.get("lights", [])
+            index = as_object(extensions(node)["KHR_lights_punctual"], f"node {name!r}").get("light")
+            if not isinstance(index, int) or not 0 <= index < len(given):
+                raise SceneError(f"node {name!r} refers to light {index!r}, but the file has {len(given)} lights")
+            place = partial(_light, as_object(given[index], f"light {index}"), name)
+            lights.append((number, place(matrix, document.notes), place))
+        except BROKEN as error:
+            document.notes.append(f"{named(error, f'light {name!r}')}: left out")
     return lights
 
 
@@ -270,7 +278,12 @@ def _light(light: dict[str, Any], name: str, matrix: Array, notes: list[str] | N
     if outer > WIDEST_CONE:
         if notes is not None:
             notes.append(f"spot light {name!r} opens {outer:g} degrees from its axis: narrowed to {WIDEST_CONE:g}")
-        inner, outer = min(inner, WIDEST_CONE), WIDEST_CONE
+        outer = WIDEST_CONE
+    elif inner > outer and notes is not None:
+        notes.append(
+            f"spot light {name!r} has an inner angle of {inner:g} degrees: narrowed to its outer one, {outer:g}"
+        )
+    inner = min(inner, outer)
     return SpotLight(
         position=position,
         direction=direction,

@@ -11,7 +11,7 @@ import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.io.clouds import Loose, lines_of, points_of
+from glshadow.io.clouds import Loose, existing, lines_of, points_of
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.words import name_of, shown
 from glshadow.scene.capsules import Lines, Points
@@ -49,8 +49,6 @@ class ObjLoose:
                 count += len(VERTEX.findall(block, at, match.start()))
                 at = match.start()
                 numbers = [count + number + 1 if number < 0 else number for number in numbers]
-            if min(numbers, default=1) < 1:
-                raise SceneError(f"the line {shown(match.group())} refers to a vertex before the first")
             points, segments = self.found.setdefault(self.material, ([], []))
             if key == b"p":
                 points += [number - 1 for number in numbers]
@@ -70,7 +68,7 @@ def loose_nodes(
     Raises
     ------
     SceneError
-        For indices out of range, and more elements than the limit of triangles.
+        For more elements than the limit of triangles.
     """
     nodes: list[Node] = []
     if not loose:
@@ -80,11 +78,7 @@ def loose_nodes(
     )
     ball, tube = _radii(positions, loose)
     for each in loose:
-        points = np.asarray(each.points, dtype=np.int64)
-        if len(points) and (points.min() < 0 or points.max() >= len(positions)):
-            raise SceneError(
-                f"a point refers to vertex {int(points.max())}, but there are {len(positions)}, counted from 0"
-            )
+        points = existing(np.asarray(each.points, dtype=np.int64)[:, None], len(positions), "", "points", notes)[:, 0]
         budget.take(80 * (len(points) + 2 * len(each.segments)), "its points and lines")
         own = None if colors is None else colors[points]
         cloud = points_of(positions[points], own, "its points", notes, each.material, ball)

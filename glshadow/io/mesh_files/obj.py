@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
+from glshadow.io.clouds import Loose
 from glshadow.io.imported import WHITE, srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
@@ -35,6 +36,7 @@ from glshadow.io.mesh_files.words import (
 INDENT = re.compile(rb"^[ \t]+", re.MULTILINE)
 NO_INDEX = re.compile(rb"/(?=[/\s])")  # "1//2", "1/"
 NO_COLOR = -1.0
+NOWHERE = 1 << 40  # an index behind all
 # numbers that are read; a vertex with 6 has a colour, one with 4 a weight, which is ignored
 WIDTHS = {
     "v": 6,
@@ -48,7 +50,7 @@ class Lines:
     """Content read so far.
 
     `tables`: numbers of `v`, `vt` and `vn`, block by block; `indices` (3, C) from 0, -1 for none; `statements`: the number of faces
-    before each `usemtl`, `o`, `g` and `s`, with the name that follows.
+    before each `usemtl`, `o`, `g` and `s`, with the name that follows; `broken`: what is wrong with the first face of each kind.
     """
 
     tables: dict[str, list[Array]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": []})
@@ -58,17 +60,18 @@ class Lines:
     faces: int = 0
     statements: list[Statement] = field(default_factory=list)
     libraries: list[str] = field(default_factory=list)
+    broken: dict[str, str] = field(default_factory=dict)
 
 
 def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> Soup:
-    """Read the polygons of an OBJ file; a part per object, group and material; and its points and lines.
+    """Read the polygons of an OBJ file; a part per object, group and material; and its points and lines. Vertices alone are points.
 
     Vertex colours (`v x y z r g b`) are sRGB, as in trimesh and Blender; values above 1 are bytes.
 
     Raises
     ------
     SceneError
-        If numbers or indices cannot be read, or relative indices refer to elements before the first.
+        If numbers or indices cannot be read.
     """
     found, loose = Lines(), ObjLoose()
     for block in blocks(text_of(data).replace(b"\\\n", b" ")):
@@ -91,6 +94,9 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
         library.add(statement)
     assign(soup, found.statements, library)
     soup.loose = loose.made(lambda name: library.part(name).material if name else WHITE)
+    if found.faces == 0 and not soup.loose and len(positions):  # a point cloud
+        soup.loose = [Loose(points=np.arange(len(positions)))]
+    notes += found.broken.values()
     library.note_left_out()
     return soup
 
@@ -136,7 +142,7 @@ def _read_block(block: bytes, found: Lines) -> None:
         text = COMMENT.sub(b"", text) if b"#" in text else text
         counts = per_line(text)
         if key == "f":
-            found.indices.append(_corners(text, counts, before))
+            found.indices.append(_corners(text, counts, before, found.broken))
             found.counts.append(counts)
         else:
             colored = counts >= WIDTHS["v"] if key == "v" else counts < 0
@@ -152,8 +158,9 @@ def _read_block(block: bytes, found: Lines) -> None:
     found.faces += int(kinds["f"].sum())
 
 
-def _corners(text: bytes, counts: Indices, before: dict[str, Indices]) -> Indices:
-    """Indices (3, C) into `v`, `vt` and `vn`, from 0, -1 for none, of the corners of faces with `counts` (N,) corners."""
+def _corners(text: bytes, counts: Indices, before: dict[str, Indices], broken: dict[str, str]) -> Indices:
+    """Indices (3, C) into `v`, `vt` and `vn`, from 0, -1 for none, of the corners of faces with `counts` (N,) corners; of a `v` that is
+    not there -1, of others NOWHERE."""
     total = int(counts.sum())
     found = np.zeros((3, total), dtype=np.int64)
     if b"/" in text:
@@ -171,7 +178,7 @@ def _corners(text: bytes, counts: Indices, before: dict[str, Indices]) -> Indice
         found[0] = whole_numbers(text, "a face")
     if (found[0] == 0).any():
         line = _line(text, counts, int((found[0] == 0).argmax()))
-        raise SceneError(f"the face {line} uses index 0; indices of OBJ begin at 1")
+        broken.setdefault("zero", f"the face {line} uses index 0; indices of OBJ begin at 1")
     relative = found < 0
     if relative.any():  # relative indices count back from their line
         totals = np.stack([np.repeat(before[key], counts) for key in WIDTHS])
@@ -179,9 +186,11 @@ def _corners(text: bytes, counts: Indices, before: dict[str, Indices]) -> Indice
         beyond = relative & (found < 1)
         if beyond.any():
             kind, at = np.argwhere(beyond)[0].tolist()
-            raise SceneError(
-                f"the face {_line(text, counts, at)} counts back beyond the first of {int(totals[kind, at])} elements"
+            line = _line(text, counts, at)
+            broken.setdefault(
+                "relative", f"the face {line} counts back beyond the first of {int(totals[kind, at])} elements"
             )
+            found = np.where(beyond, np.array([0, NOWHERE, NOWHERE])[:, None], found)
     return found - 1
 
 

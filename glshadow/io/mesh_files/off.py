@@ -9,6 +9,7 @@ import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
+from glshadow.io.clouds import Loose
 from glshadow.io.imported import srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
@@ -23,7 +24,7 @@ WIDEST = 12  # numbers per vertex: position, normal, colour with alpha, texture 
 
 
 def read_off(data: bytes, _: Beside, notes: list[str], budget: Budget) -> Soup:
-    """Read the polygons of an OFF file.
+    """Read the polygons of an OFF file; vertices alone are points.
 
     Colours are sRGB: bytes if all of them are integers and one is above 1, otherwise numbers from 0 to 1.
 
@@ -99,6 +100,7 @@ def _soup(lines: _Numbers, size: tuple[int, int], has_normal: bool, has_uv: bool
         face_colors=_colors(rest, "its faces", notes),
         normals=normals,
         uv=uv,
+        loose=[] if faces else [Loose(points=np.arange(vertices))],
     )
 
 

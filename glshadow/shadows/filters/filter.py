@@ -23,6 +23,7 @@ class Needs(Enum):
 
     COMPARISON = "comparison"  # whether a receiver is in front of or behind what a shadow map stores
     MOMENTS = "moments"  # prefiltered means of functions of depth
+    DIRECTIONS = "directions"  # such comparisons in one map for each of many directions
     TRIANGLES = "triangles"  # the scene's triangles: no shadow map
 
 
@@ -32,6 +33,8 @@ class Filter(Spelled):
     Attributes
     ----------
     needs : Needs
+    resolution : int
+        Texels along each side of a map, if the light does not say.
     snippet : str
         GLSL file for the slot <filter> of a light with a shadow map; empty for filters without one.
     encoding, channels : str, int
@@ -45,6 +48,7 @@ class Filter(Spelled):
     """
 
     needs: ClassVar[Needs]
+    resolution: ClassVar[int] = 2048
     snippet: ClassVar[str] = ""
     encoding: ClassVar[str] = ""
     channels: ClassVar[int] = 0
@@ -80,6 +84,13 @@ class Filter(Spelled):
     @property
     def of_a_point(self) -> Filter:
         """The filter for each sample point of the light."""
+        return self
+
+    def check_light(self, name: str) -> None:
+        """Raise SettingsError if the filter does not serve lights of a kind that one direction or position describes."""
+
+    def of_scene(self, triangles: int) -> Filter:
+        """The filter for a scene whose casters have this many triangles."""
         return self
 
     @property

@@ -1,0 +1,172 @@
+"""Light from many directions: a small shadow map for each in one atlas, and a pass that samples them all."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+
+import numpy as np
+
+from glshadow.core.spaces import ClipSpace
+from glshadow.derive.compare import rounding_of
+from glshadow.derive.direction_maps import FINE, MOST_SLACK, REACH, DirectionViews, direction_views, rows_of
+from glshadow.derive.resolved import CasterSettings
+from glshadow.derive.used import Used
+from glshadow.errors import SettingsError
+from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import RGBA32F
+from glshadow.gl.driver.targets import release
+from glshadow.gl.frame_context import FrameContext
+from glshadow.gl.passes.direction_maps import DirectionAtlas
+from glshadow.gl.passes.per_sample import PerSample
+from glshadow.gl.passes.receiver import Receiver
+from glshadow.gl.passes.resolve import count_seen
+from glshadow.gl.scene.bodies import casters_among
+from glshadow.gl.techniques.counts import Counts
+from glshadow.gl.techniques.technique import Technique, open_receiver
+from glshadow.lights import Light
+from glshadow.shader.slots import direction_slots, precomputed_slots
+from glshadow.shadows.bias import FACET_SLOPE, ReceiverPlaneBias
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import ResolvedShadow
+
+
+class Directions(Technique):
+    """One light's maps, and the sums of its light over directions for the pixels of the image and for the samples of collected pixels."""
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._shadow: ResolvedShadow
+        self._atlas = DirectionAtlas(context)
+        self._drawn: Hashable = None  # key of what the atlas holds
+        self._table: BufferTexture | None = None
+        self._written: Hashable = None  # key of what it holds
+        self._lights: tuple[Light, ...] = ()
+        self._sets, self._length = 1, 0
+        self.found: DirectionViews | None = None
+        self._counted: Hashable = None
+        self._image_counts, self._sample_counts = Counts(context), Counts(context)
+
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
+        """Set the light and its settings."""
+        assert shadow is not None
+        self.light, self._shadow = light, shadow
+
+    def update(self, frame: FrameContext) -> Used:
+        """Draw the maps, unless those of this scene and light are kept."""
+        scene, shadow = frame.scene, self._shadow
+        filter_ = shadow.filter.of_scene(int(np.array([gpu.count for gpu in scene.meshes])[scene.casts].sum()))
+        count = filter_.points_of_light
+        clip = ClipSpace(frame.caps.clip_control, False)
+        settings = CasterSettings(Target.DEPTH32F, ReceiverPlaneBias(), shadow.requested.faces)
+        key = (scene.identity, self.light.geometry, count, shadow.resolution, settings)
+        draws = 0
+        if self._drawn != key:
+            self._drawn = self._counted = None
+            draws = self._draw(frame, count, clip, settings)
+            self._drawn = key
+        views = self.found.views if self.found else ()
+        why = f"{shadow.why}; {len(views)} maps of {shadow.resolution} x {shadow.resolution}"
+        if count < shadow.filter.points_of_light and self.found:
+            why += f", not {shadow.filter.points_of_light} since the scene is large"
+        return Used((), filter_, settings.bias, settings.target, clip, settings.faces, draws, why=why)
+
+    def _draw(self, frame: FrameContext, count: int, clip: ClipSpace, settings: CasterSettings) -> int:
+        scene = frame.scene
+        lights = self.light.hard_lights(count)
+        casting = casters_among(scene, lights)
+        self.found = None
+        if not casting.any():
+            return 0
+        found = direction_views(lights, scene.corners[casting].reshape(-1, 3), clip, self._shadow.resolution)
+        limit = frame.caps.max_texture_size
+        if max(found.size) > limit:
+            raise SettingsError(
+                f"{len(found.views)} maps of {self._shadow.resolution} texels need an atlas of {found.size[0]} x {found.size[1]}, "
+                f"the driver's limit is {limit}: lower Shadow.resolution or the count of DirectionMaps"
+            )
+        draws = self._atlas.draw(frame, self.light, casting, found, settings, self._shadow.filter)
+        self.found, self._lights = found, lights
+        return draws
+
+    def _write_table(self, frame: FrameContext) -> None:
+        """Upload the rows of the directions that each pixel samples."""
+        assert self.found is not None
+        fine = int(np.prod(frame.camera_view.size)) >= FINE
+        key = (self._drawn, fine)
+        if self._written == key:
+            return
+        axes = self.light.frame((), frame.scene.origin)[:3, :3]
+        rows = rows_of(self.found, self._lights, axes, self.light.per_channel, fine)
+        self._sets, self._length = rows.shape[:2]
+        release(self._table)
+        self._table = self._written = None
+        self._table = texture_buffer(self._context, rows.reshape(-1, 4), RGBA32F)
+        self._written = key
+
+    @property
+    def _weights(self) -> int:
+        return 2 if self.light.per_channel else 1
+
+    def receiver(self, frame: FrameContext) -> Receiver:
+        """A receiver that reads the sums. They are computed again only if light, scene or camera view changed since the last frame."""
+        if self.found is None:
+            return open_receiver(frame, self.light)
+        self._write_table(frame)
+        key = (self._drawn, frame.camera_view, frame.targets.identity)
+        if self._counted != key:
+            self._counted = None
+            self._count(frame, self._image_counts, None)
+            self._counted = key
+        pattern = self._counts_receiver(frame, self._image_counts)
+        if self._sets > 1:
+            pattern = replace(
+                pattern,
+                defines={**pattern.defines, "GLS_PATTERN": 1},
+                uniforms={**pattern.uniforms, "u_pixel": frame.camera_view.pixel(1.0)},
+            )
+        return replace(pattern, per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample))
+
+    def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
+        self._count(frame, self._sample_counts, per_sample)
+        per_sample.framebuffer.use()
+        return self._counts_receiver(frame, self._sample_counts)
+
+    def _count(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
+        counts.use(frame, per_sample, 4, "f4", self._weights)
+        for number in range(self._weights):
+            self._context.gl.clear_floats(number, (0.0,) * 4)
+        count_seen(frame, self.light, self._sampling_receiver(frame), per_sample, self._weights, added=False)
+
+    def _sampling_receiver(self, frame: FrameContext) -> Receiver:
+        """The receiver of the pass that samples the maps."""
+        found, atlas = self.found, self._atlas
+        assert found is not None
+        receiver = open_receiver(frame, self.light)
+        middle = receiver.axes @ (found.middle - frame.scene.origin) + receiver.offset
+        view = frame.camera_view
+        reach = float(np.abs(view.eye - frame.scene.origin).max()) + view.reach
+        return replace(
+            receiver,
+            slots=direction_slots(),
+            defines={"GLS_DIRECTIONS": self._length, "GLS_SETS": self._sets, "GLS_BITS": int(atlas.in_bits)},
+            uniforms={
+                "u_ball": (*middle, found.radius),
+                "u_direction_slack": (FACET_SLOPE, REACH, MOST_SLACK),
+                "u_direction_map": (self._shadow.resolution - 1.0, rounding_of(reach)),
+            },
+            textures={"u_directions": self._table, "u_maps": (atlas.texture, frame.samplers.plain)},
+        )
+
+    def _counts_receiver(self, frame: FrameContext, counts: Counts) -> Receiver:
+        return replace(
+            open_receiver(frame, self.light),
+            slots=precomputed_slots(self.light),
+            defines={"GLS_WEIGHED": self._weights},
+            textures=dict(zip(("u_counts", "u_unshadowed"), counts.textures, strict=False)),
+        )
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(self._atlas, self._table, self._image_counts, self._sample_counts)

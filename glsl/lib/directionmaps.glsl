@@ -1,0 +1,87 @@
+// Light of many directions that reaches a surface point: the sum over directions of Lambert's cosine, and that of those whose depth map
+// does not hold a nearer caster. Nearest texel; the receiver's plane is evaluated at the texel's centre.
+// GLS_DIRECTIONS: directions that one pixel samples. GLS_SETS 4: each pixel of a 2 x 2 block samples another set of them.
+// Twin: glshadow.derive.direction_maps. Needs lib/smooth_point.glsl if GLS_ROUNDED
+#ifndef GLS_DIRECTIONS
+#define GLS_DIRECTIONS 0
+#endif
+#ifndef GLS_SETS
+#define GLS_SETS 1
+#endif
+#ifndef GLS_WEIGHED
+#define GLS_WEIGHED 0
+#endif
+#ifndef GLS_ROUNDED
+#define GLS_ROUNDED 0
+#endif
+#ifndef GLS_BITS
+#define GLS_BITS 0 // 1: the maps hold the bits of float depths
+#endif
+#if GLS_WEIGHED == 2
+#define GLS_DIRECTION_ROWS 4
+#define DIRECTION_SUM vec3
+#else
+#define GLS_DIRECTION_ROWS 3
+#define DIRECTION_SUM float
+#endif
+uniform samplerBuffer u_directions; // rows of each direction, see glshadow.derive.direction_maps.rows_of
+#if GLS_BITS
+uniform usampler2D u_maps;
+#else
+uniform sampler2D u_maps;
+#endif
+uniform vec4 u_ball; // holds all casters: middle, radius
+uniform vec3 u_direction_slack; // slope of a neighbouring facet, largest distance of a texel's centre and largest slack in texels
+uniform vec2 u_direction_map; // last texel of a tile; rounding, world units
+
+struct DirectionSums {
+    DIRECTION_SUM seen;
+    DIRECTION_SUM all;
+};
+
+// position: on its triangle, where it may block no ray; normal: of the plane; lit_normal: for Lambert's law; lift: to the smooth surface
+DirectionSums sum_directions(ivec2 pixel, vec3 position, vec3 normal, vec3 lit_normal, vec3 lift, bool darkened, bool any_) {
+    DirectionSums sums = DirectionSums(DIRECTION_SUM(0.0), DIRECTION_SUM(0.0));
+    int row = GLS_DIRECTION_ROWS * GLS_DIRECTIONS * (GLS_SETS == 4 ? (pixel.x & 1) + 2 * (pixel.y & 1) : 0);
+    vec3 start = position - u_ball.xyz;
+    int count = any_ ? GLS_DIRECTIONS : 0; // a loop, since llvmpipe skips no `if`
+    for (int i = 0; i < count; i++) {
+        vec4 right = texelFetch(u_directions, row), up = texelFetch(u_directions, row + 1), texel = texelFetch(u_directions, row + 2);
+        vec3 towards = cross(right.xyz, up.xyz);
+        float cosine = dot(lit_normal, towards);
+        vec3 from = start;
+#if GLS_ROUNDED
+        float face = dot(normal, towards);
+        from += lift * clamp(1.0 - face / SMOOTH_FADE, 0.0, 1.0);
+        vec3 plane = face <= 0.0 && lift != vec3(0.0) ? lit_normal + max(0.01 - cosine, 0.0) * towards : normal;
+        vec3 leaning = vec3(dot(right.xyz, plane), dot(up.xyz, plane), dot(towards, plane));
+        bool faces = min(cosine, leaning.z) > 0.0;
+#else
+        vec3 leaning = vec3(dot(right.xyz, normal), dot(up.xyz, normal), cosine);
+        bool faces = cosine > 0.0;
+#endif
+        vec2 place = vec2(dot(right.xyz, from), dot(up.xyz, from)) / texel.xy + vec2(right.w, up.w);
+        vec2 at = clamp(floor(place), vec2(0.0), vec2(u_direction_map.x)); // beyond the tile: its border, which holds no caster
+        vec2 aside = (at + 0.5 - place) * texel.xy;
+        float slope = 1.0 / max(leaning.z, 1e-4);
+        float tilt = sqrt(max(1.0 - leaning.z * leaning.z, 0.0)) * slope;
+        float facet = u_direction_slack.x * (1.0 + tilt * tilt) / max(1.0 - u_direction_slack.x * tilt, 1e-3);
+        float slack = max(texel.x, texel.y) * min(u_direction_slack.y * facet, u_direction_slack.z) + u_direction_map.y;
+        float depth = dot(leaning.xy, aside) * slope - dot(towards, from) - slack;
+#if GLS_BITS
+        float stored = uintBitsToFloat(texelFetch(u_maps, ivec2(at + texel.zw), 0).r);
+#else
+        float stored = texelFetch(u_maps, ivec2(at + texel.zw), 0).r;
+#endif
+        bool lit = faces && (2.0 * stored - 1.0) * u_ball.w >= min(depth, u_ball.w);
+#if GLS_WEIGHED == 2
+        vec3 weight = max(cosine, 0.0) * texelFetch(u_directions, row + 3).rgb;
+#else
+        float weight = max(cosine, 0.0);
+#endif
+        sums.all += weight;
+        sums.seen += lit || !darkened && faces ? weight : DIRECTION_SUM(0.0);
+        row += GLS_DIRECTION_ROWS;
+    }
+    return sums;
+}
