@@ -254,7 +254,5 @@ def test_points_that_are_not_finite_are_left_out_with_a_note() -> None:
 
 def test_what_knows_triangles_only_refuses(tmp_path: Path) -> None:
     scene = gs.Scene([gs.Points(PLACES)], name="cloud")
-    with pytest.raises(SceneError, match="cloud: the traced reference does not support points"):
-        gs.trace(scene, size=(8, 8))
     with pytest.raises(SceneError, match="cloud: a page does not support points"):
         gs.export_page(scene, tmp_path)
