@@ -62,7 +62,11 @@ def test_bounds_hold_balls_under_any_matrix() -> None:
         (lambda: gs.Points(PLACES, radius=0.0), "larger than 0"),
         (lambda: gs.Points(PLACES, radius=[1.0, 2.0]), "one number or 3"),
         (lambda: gs.Points(PLACES, colors=np.full((3, 3), 2.0)), "from 0 to 1"),
-        (lambda: gs.Points(PLACES, colors=np.ones((2, 4))), r"\(3, 4\)"),
+        (
+            lambda: gs.Points(PLACES, colors=np.ones((2, 4))),
+            r"Points colors must have shape \(3, 3\) or \(3, 4\), got \(2, 4\)",
+        ),
+        (lambda: gs.Lines(PLACES, radius=1.0, colors=[1.0, 0.0, 0.0]), r"Lines colors must have shape .* got \(3,\)"),
         (lambda: gs.Points(PLACES, material=gs.Material(alpha_mode=gs.AlphaMode.BLEND)), "opaque"),
         (lambda: gs.Points(PLACES, material=gs.Material(roughness=0.5)), "matte, without"),
         (lambda: gs.Scene([gs.Node(gs.Points(PLACES), np.diag([1.0, 0.0, 1.0, 1.0]))]), "flattened"),
@@ -250,6 +254,11 @@ def test_points_that_are_not_finite_are_left_out_with_a_note() -> None:
     cloud = trimesh.PointCloud(np.concatenate([PLACES, [[np.nan, 0.0, 0.0]]]))
     with pytest.warns(gs.GlshadowWarning, match="1 of 4 points are not finite"):
         assert _only(gs.load(cloud)).count == 3
+
+
+def test_nothing_is_described_by_its_kind() -> None:
+    assert repr(gs.Points(np.zeros((0, 3)))).startswith("Points(0 points, ")
+    assert repr(gs.Lines(PLACES, np.zeros((0, 2), dtype=int), radius=1.0)).startswith("Lines(0 line segments, ")
 
 
 def test_what_knows_triangles_only_refuses(tmp_path: Path) -> None:
