@@ -59,7 +59,7 @@ class Capsules(Mesh):
         # what all meshes have is checked by Mesh
         object.__setattr__(self, "normals", None)
         object.__setattr__(self, "uv", None)
-        object.__setattr__(self, "colors", _four_channels(colors))
+        object.__setattr__(self, "colors", _four_channels(colors, len(points), kind))
         object.__setattr__(self, "material", material)
         object.__setattr__(self, "positions", points)
         object.__setattr__(self, "triangles", np.zeros((0, 3), dtype=np.int32))
@@ -238,12 +238,14 @@ def _segments(given: Any, count: int) -> NDArray[np.int32]:
     return np.ascontiguousarray(pairs, dtype=np.int32)
 
 
-def _four_channels(colors: ArrayLike | None) -> Any:
-    """Colours with an alpha; other shapes as they are, for Mesh to refuse."""
+def _four_channels(colors: ArrayLike | None, count: int, kind: str) -> Any:
+    """Colours with an alpha; what are no numbers as they are, for Mesh to refuse."""
     given = None if colors is None else numbers_in(colors)
-    if given is None or not fits(given, (None, 3)):
+    if given is None:
         return colors
-    return np.concatenate([given, np.ones((len(given), 1))], axis=1)
+    if not (fits(given, (count, 3)) or fits(given, (count, 4))):
+        raise SceneError(f"{kind} colors must have shape ({count}, 3) or ({count}, 4), got {given.shape}")
+    return given if given.shape[1] == 4 else np.concatenate([given, np.ones((count, 1))], axis=1)
 
 
 def radius_scale(matrix: Array) -> float:

@@ -209,6 +209,10 @@ def test_text_streams_endless_and_failing_ones_are_named() -> None:
 
     with pytest.raises(SceneError, match="binary mode"):
         gs.load(io.StringIO("OFF"))
+    closed = io.BytesIO(b"OFF")
+    closed.close()
+    with pytest.raises(SceneError, match="the file object is closed"):
+        gs.load(closed)
     with pytest.raises(SceneError, match="file_bytes"):
         gs.load(Endless(), limits=gs.Limits(file_bytes=10**7))
     with pytest.raises(SceneError, match="the line is dead"):
