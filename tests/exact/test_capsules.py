@@ -110,7 +110,7 @@ def _light(kind: str) -> gs.Light:
     return gs.PointLight(position=(0.6, 3.2, 0.4))
 
 
-def _random_scene(seed: int) -> tuple[gs.Scene, gs.Light]:
+def random_scene(seed: int) -> tuple[gs.Scene, gs.Light]:
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 14))
     places = rng.uniform(-1.5, 1.5, (count, 3)) + UP
@@ -137,7 +137,7 @@ def _random_scene(seed: int) -> tuple[gs.Scene, gs.Light]:
     return gs.Scene(nodes, camera=camera, name=f"scene {seed}"), _light(("directional", "spot", "point")[seed % 3])
 
 
-def _first(elements: Elements, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def first_hit(elements: Elements, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     along = np.stack([entry(elements, k, origins, rays) for k in range(len(elements.radius))])
     first = along.argmin(axis=0)
     nearest = along.min(axis=0)
@@ -146,7 +146,7 @@ def _first(elements: Elements, origins: np.ndarray, rays: np.ndarray) -> tuple[n
 
 def wrong_pixels(renderer: gs.Renderer, seed: int) -> tuple[int, int, int]:
     """Pixels that show another element, and that have another visibility, than float64 finds within rounding; and pixels compared."""
-    scene, light = _random_scene(seed)
+    scene, light = random_scene(seed)
     frame = _visibility(renderer, scene, light)
     elements = elements_of(scene)
     origins, rays = (np.ascontiguousarray(each).reshape(-1, 3) for each in scene.camera.rays(SIZE))
@@ -154,13 +154,13 @@ def wrong_pixels(renderer: gs.Renderer, seed: int) -> tuple[int, int, int]:
     size = 8.0
     rng = np.random.default_rng(seed)
     jitters = [np.zeros(3), *(ROUNDING * size * rng.normal(size=(24, 3)))]
-    first, _ = _first(elements, origins, rays)
+    first, _ = first_hit(elements, origins, rays)
     rows = np.flatnonzero(first != shown)
     for jitter in jitters[1:]:
-        near, _ = _first(elements, origins[rows] + jitter, rays[rows])
+        near, _ = first_hit(elements, origins[rows] + jitter, rays[rows])
         rows = rows[near != shown[rows]]
     seen = np.flatnonzero((first == shown) & (shown >= 0))
-    along = _first(elements, origins[seen], rays[seen])[1]
+    along = first_hit(elements, origins[seen], rays[seen])[1]
     points = origins[seen] + along[:, None] * rays[seen]
     found = frame.visibility[0].ravel()[seen] > 0.5
     mistaken = np.flatnonzero(visible(elements, light, shown[seen], points, rays[seen], size) != found)
