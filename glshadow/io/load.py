@@ -195,9 +195,14 @@ def _reader(
             list(source.nodes), source.camera, list(source.lights), cameras=dict(source.cameras), motion=source.motion
         )
         return source.name, source.name, lambda: given, False
-    if isinstance(source, list | tuple) and not all(isinstance(each, Mesh | Node) for each in source):
+    others = (
+        [k for k, each in enumerate(source) if not isinstance(each, Mesh | Node)]
+        if isinstance(source, list | tuple)
+        else []
+    )
+    if others:
         raise SceneError(
-            "a list or tuple must be (vertices, faces), arrays (V, 3) and (T, K) of numbers, or consist of meshes and nodes, got "
+            f"nodes[{others[0]}] must be Node or Mesh, or the pair must be (vertices, faces), arrays (V, 3) and (T, K) of numbers, got "
             f"{shown(source)}; objects of other libraries are loaded one by one: Scene([*load(a).nodes, *load(b).nodes])"
         )
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.setting import fits, numbers_in, refuse, shown
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import FARTHEST, Array
 from glshadow.errors import SceneError
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 
@@ -209,6 +209,7 @@ class Lines(Capsules):
 
     def default_radius(self) -> float:
         """A share of the diagonal of the bounds."""
+        _check_reach(self.used)
         diagonal = float(np.linalg.norm(np.ptp(self.used, axis=0))) if len(self.used) else 0.0
         if diagonal == 0.0 and self.count:
             raise SceneError("Lines need a radius: all their ends coincide")
@@ -253,6 +254,13 @@ def radius_scale(matrix: Array) -> float:
     return float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
 
 
+def _check_reach(positions: Array) -> None:
+    """Refuse coordinates whose products overflow float64, before a radius is derived from them."""
+    far = float(np.abs(positions).max(initial=0.0))
+    if far > FARTHEST:
+        raise SceneError(f"coordinates up to {far:.3g} are too large, the limit is {FARTHEST:g}: scale them first")
+
+
 def median_distance(positions: Array) -> float:
     """Median distance between a point and its nearest neighbour at another place, exact for each of some points spread over all.
 
@@ -260,6 +268,7 @@ def median_distance(positions: Array) -> float:
     """
     if len(positions) == 0:
         return 1.0
+    _check_reach(positions)
     axis = int(np.argmax(np.ptp(positions, axis=0)))
     ordered = positions[np.argsort(positions[:, axis], kind="stable")]
     along = ordered[:, axis]

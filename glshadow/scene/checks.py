@@ -42,7 +42,7 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
         np.stack([node.world_from_mesh for node in nodes]),
     )
     corners = box_corners(*boxes)
-    with np.errstate(invalid="ignore"):  # infinite corners: see check_place
+    with np.errstate(over="ignore", invalid="ignore"):  # infinite corners: see check_place
         size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     if size == 0.0:
         raise SceneError("nothing to render: its size is zero, all vertices are at one point")

@@ -107,6 +107,14 @@ def test_ply_without_faces_is_points_and_with_edges_lines(tmp_path: Path) -> Non
     assert np.array_equal(lines.ends, [[0, 1], [1, 2]])
 
 
+@pytest.mark.parametrize("rest", ["", "l 1 2 3\n", "f 1 2 3\n", "f 1 2 3 4\n"])
+def test_coordinates_near_the_end_of_float64_are_refused_by_name(tmp_path: Path, rest: str) -> None:
+    """Without a warning of numpy, which the settings of the tests turn into an error of another kind."""
+    (tmp_path / "far.obj").write_text("v 1e308 0 0\nv -1e308 0 0\nv 0 1e308 0\nv 0 0 -1e308\n" + rest)
+    with pytest.raises(SceneError, match=r"1e\+308 (from the origin|are too large)|coordinates overflow"):
+        gs.load(tmp_path / "far.obj")
+
+
 def test_gaussian_splats_are_points_of_their_base_colours(tmp_path: Path) -> None:
     """0.5 + Y f_dc in sRGB, where Y = 1 / (2 sqrt(pi)), the spherical harmonic of degree 0."""
     header = PLY + "".join(f"property float f_dc_{k}\n" for k in range(3)) + "property float opacity\nend_header\n"
