@@ -66,7 +66,7 @@ class Samples:
             "pass/resolve.vert", "pass/fill.frag", "core400",
             defines={"GLS_ORTHO": int(not camera_view.camera.is_perspective), "GLS_SURFACE": targets.surface.components,
                      "GLS_COLORS": colors_of(scene), "GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1],
-                     **scene.features.defines(scene.channels)},
+                     "GLS_CAPSULES": scene.capsules, **scene.features.defines(scene.channels)},
         )  # fmt: skip
         program.set(**camera, **pixel_axes(camera, self.size))
         fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
