@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from glshadow.batch.job import BUILTIN, Job
+from glshadow.batch.job import BUILTIN, OF_FILES, Job
 from glshadow.core.orbit import orbit
 from glshadow.errors import GlshadowError, listening
 from glshadow.files import inside
@@ -76,7 +76,7 @@ class Drawer:
         return Drawn(loaded - start, drawn, tuple(dict.fromkeys(said)), inputs, tuple(images))
 
     def _loaded(self, job: Job, batch: str) -> tuple[Scene, Inputs]:
-        key = (batch, job.scene, job.ground, job.up_axis)
+        key = (batch, job.scene, job.ground, job.up_axis, *(getattr(job, name) for name in OF_FILES))
         if self._kept is None or self._kept[0] != key:
             self._kept = None  # free the old scene before loading the new one
             self._kept = key, *_load(job)
@@ -112,7 +112,8 @@ def _load(job: Job) -> tuple[Scene, Inputs]:
 
     if job.scene not in BUILTIN:
         budget = Budget()
-        scene = read_scene(job.scene, budget, job.ground, job.up_axis)
+        given = {name: getattr(job, name) for name in OF_FILES}
+        scene = read_scene(job.scene, budget, job.ground, job.up_axis, **given)
         folder = Path(job.scene).parent
         return scene, tuple((os.path.relpath(path, folder), digest_of_file(path)) for path in sorted(budget.files))
     name, _, number = job.scene.partition(":")

@@ -19,6 +19,7 @@ from glshadow.core.setting import (
     as_path,
     flag,
     instance,
+    number,
     one_of,
     optional,
     setting,
@@ -33,6 +34,7 @@ from glshadow.core.tone import EXPOSURE, TONE, Exposure
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.image import FRAME_SUFFIXES
+from glshadow.io.imported import name_or_number
 from glshadow.lights import LIGHTS, DirectionalLight, Light, as_lights
 from glshadow.numbered import MOST_IMAGES, has_field, numbered
 from glshadow.shadows.bias import BIASES
@@ -43,6 +45,7 @@ from glshadow.shadows.shadow import Shadow
 
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
 BUILTIN = ("courtyard", "outdoors", "street", "landscape:1", "landscape:2", "landscape:3")
+OF_FILES = ("camera", "smooth", "time", "animation")
 MOST_LINE = 2**20  # characters
 MOST_PICTURES = 1_000_000  # in one file of jobs
 MOST_SAID = 20  # invalid lines that are reported one by one
@@ -82,14 +85,16 @@ class Job(Settings):
         For every light that casts shadows and has no shadow settings of its own.
     outputs : tuple of str, optional
         Outputs that .npz and .exr hold; None: as for `glshadow render`.
+    camera, smooth, time, animation : optional
+        As for `load`, of a model's file: its camera by name or number, the crease angle in degrees, seconds of its animation.
     size, samples, background, exposure, tone, ground, up_axis
         As for `render` and `load`.
 
     Raises
     ------
     SettingsError
-        If a value is not allowed, if cameras and orbit are both given, if the output leaves the folder, or if the output has a field for
-        one image, or no field for several.
+        If a value is not allowed, if cameras are given beside an orbit or a camera, if a built-in scene is given what only files
+        have, if the output leaves the folder, or if the output has a field for one image, or no field for several.
     """
 
     scene: str = setting(_scene)
@@ -106,11 +111,22 @@ class Job(Settings):
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)
     outputs: tuple[str, ...] | None = setting(optional(_outputs, "those of the file's format"), None)
+    camera: str | int | None = setting(optional(name_or_number("a camera"), "the first"), None)
+    smooth: float | None = setting(optional(number(0.0, 180.0, unit="degrees"), "flat"), None)
+    time: float | None = setting(optional(number(unit="s"), "the file's pose"), None)
+    animation: str | int | None = setting(optional(name_or_number("an animation"), "the first"), None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.orbit and self.cameras:
             raise SettingsError("Job cameras and orbit cannot be combined")
+        if self.cameras and self.camera is not None:
+            raise SettingsError("Job cameras and camera cannot be combined")
+        if self.animation is not None and self.time is None:
+            raise SettingsError("Job animation needs time: without, the file is drawn at rest")
+        of_files = {name: getattr(self, name) for name in OF_FILES if getattr(self, name) is not None}
+        if of_files and self.scene in BUILTIN:
+            raise SettingsError(f"Job {', '.join(of_files)} needs a model's file, got the scene {self.scene!r}")
         if not self._several and has_field(self.output):
             raise SettingsError(
                 f"Job output {shown(self.output)} has a field for a number, but there is only one image"
@@ -188,7 +204,7 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
 
 def _lines(file: TextIO) -> Iterator[tuple[int, str]]:
     """Numbers and texts of the lines with content; of an overlong line only the beginning."""
-    for number in count(1):
+    for place in count(1):
         line = file.readline(MOST_LINE + 1)
         if not line:
             return
@@ -196,7 +212,7 @@ def _lines(file: TextIO) -> Iterator[tuple[int, str]]:
         while rest and not rest.endswith("\n"):
             rest = file.readline(MOST_LINE)
         if line.strip() and not line.lstrip().startswith("#"):
-            yield number, line
+            yield place, line
 
 
 def _take(job: Job, number: int, taken: dict[bytes, int]) -> None:

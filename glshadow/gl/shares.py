@@ -14,16 +14,10 @@ from glshadow.gl.techniques.technique import Technique, open_receiver
 from glshadow.lights import DirectionalLight
 
 
-def every_sample(frame: FrameContext) -> bool:
-    """Whether all samples of all surfaces are shaded, and no pixel as a whole."""
-    return frame.targets.samples > 1 and frame.scene.capsules > 0
-
-
-def _marked(frame: FrameContext, technique: Technique) -> Receiver:
-    """The receiver of a multisampled frame. Balls and tubes have no edges to mark: every sample is shaded."""
-    if every_sample(frame):
-        return replace(technique.receiver(frame), marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
-    return technique.marking_receiver(frame)
+def every_sample(frame: FrameContext, lights: Sequence[LightPass]) -> bool:
+    """Whether all samples of all surfaces are shaded, and no pixel as a whole: where a light cannot mark the shadows of balls and tubes."""
+    several = frame.targets.samples > 1 and frame.scene.capsules > 0
+    return several and not all(each.technique.marks_capsules for each in lights)
 
 
 def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
@@ -32,9 +26,15 @@ def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> t
     if not lights:
         dark = DirectionalLight(intensity=0.0)
         return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background, None, *shown),)
-    several = frame.targets.samples > 1
+    several, every = frame.targets.samples > 1, every_sample(frame, lights)
+
+    def receiver(technique: Technique) -> Receiver:
+        if every:
+            return replace(technique.receiver(frame), marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+        return technique.marking_receiver(frame) if several else technique.receiver(frame)
+
     return tuple(
-        Share(each.light, _marked(frame, each.technique) if several else each.technique.receiver(frame),
+        Share(each.light, receiver(each.technique),
               each.number, len(lights), look.ambient, look.linear_background, each.tint, *shown)
         for each in lights
     )  # fmt: skip

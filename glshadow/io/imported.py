@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.setting import shown
+from glshadow.core.setting import Rule, as_int, refuse, shown
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
@@ -84,6 +84,20 @@ class Imported:
         more = ", ..." if len(self.cameras) > len(names) else ""
         known = ", ".join(f"{place}: {shown(name)}" for place, name in enumerate(names))
         raise SceneError(f"there is no camera {shown(wanted)}; it has {known}{more}")
+
+
+def name_or_number(what: str) -> Rule:
+    """Rule: a name, or a number from 0, such as that of a camera."""
+
+    def rule(name: str, value: Any) -> str | int:
+        if isinstance(value, str) and value:
+            return value
+        index = as_int(value)
+        if index is None or index < 0:
+            raise refuse(name, f"the name or the number of {what}", value)
+        return index
+
+    return rule
 
 
 def shortened(notes: list[str]) -> list[str]:

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.setting import as_int, as_path, flag, instance, number, one_of, optional, refuse, shown, text
+from glshadow.core.setting import as_path, flag, instance, number, one_of, optional, refuse, shown, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.from_arrays import array_pair, read_arrays
-from glshadow.io.imported import Imported, shortened
+from glshadow.io.imported import Imported, name_or_number, shortened
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.model_file import FORMATS, GLTF, NAMES, ModelFile, from_stream, in_memory, on_disk
 from glshadow.io.smoothed import smoothed
@@ -101,7 +101,7 @@ def load(
     name = optional(text(), "the file's name")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
     format = optional(one_of(*NAMES), "recognised")("format", format)
-    camera = optional(_camera, "the first")("camera", camera)
+    camera = optional(name_or_number("a camera"), "the first")("camera", camera)
     smooth = optional(number(0.0, 180.0), "flat")("smooth", smooth)
     time = optional(number(unit="s"), "the file's pose")("time", time)
     return read_scene(
@@ -170,15 +170,6 @@ def _place(found: Imported, time: float | None, animation: str | int | None) -> 
         )
 
 
-def _camera(name: str, value: Any) -> str | int:
-    if isinstance(value, str) and value:
-        return value
-    index = as_int(value)
-    if index is None or index < 0:
-        raise refuse(name, "the name or the number of a camera", value)
-    return index
-
-
 def _ground(name: str, value: Any) -> bool | str:
     if isinstance(value, str) and value == "catcher":
         return value
@@ -204,9 +195,14 @@ def _reader(
             list(source.nodes), source.camera, list(source.lights), cameras=dict(source.cameras), motion=source.motion
         )
         return source.name, source.name, lambda: given, False
-    if isinstance(source, list | tuple) and not all(isinstance(each, Mesh | Node) for each in source):
+    others = (
+        [k for k, each in enumerate(source) if not isinstance(each, Mesh | Node)]
+        if isinstance(source, list | tuple)
+        else []
+    )
+    if others:
         raise SceneError(
-            "a list or tuple must be (vertices, faces), arrays (V, 3) and (T, K) of numbers, or consist of meshes and nodes, got "
+            f"nodes[{others[0]}] must be Node or Mesh, or the pair must be (vertices, faces), arrays (V, 3) and (T, K) of numbers, got "
             f"{shown(source)}; objects of other libraries are loaded one by one: Scene([*load(a).nodes, *load(b).nodes])"
         )
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import struct
 from collections.abc import Iterator
@@ -143,6 +144,10 @@ def from_stream(stream: Any, suffix: str | None, budget: Budget) -> ModelFile:
     SceneError
         As `in_memory`; also if it gives text, or more bytes than allowed.
     """
+    if getattr(stream, "closed", False) is True:
+        raise SceneError("the file object is closed: open it again, or load its path")
+    if isinstance(stream, io.TextIOBase):
+        raise SceneError("a file object must give bytes, and this one gives text: open it in binary mode, 'rb'")
     data = b"".join(_blocks(stream, budget))
     name = getattr(stream, "name", None)
     path = Path(name) if isinstance(name, str) and name and "\0" not in name else None

@@ -8,7 +8,8 @@ import numpy as np
 
 from glshadow.core.spaces import Array, Bools, perpendicular
 from glshadow.lights import Light
-from glshadow.reference.rays import LIFT, Ints, Rays, dot
+from glshadow.reference.embree import Ints, dot
+from glshadow.reference.rays import LIFT, Rays
 from glshadow.reference.receivers import Receivers
 
 TOGETHER = 2**14
@@ -84,8 +85,9 @@ def moved_over(
     moved = points + reach[:, None] * (np.cos(angle) * u + np.sin(angle) * v)
     ray, distance = source.towards(moved)
     # Onto the plane of the point's own triangle, unless that is behind the light.
-    normal, slope = rays.normals[own], dot(rays.normals[own], ray)
-    step = -rays.plane_distance(own, moved) / np.where(slope == 0.0, 1.0, slope)
+    normal = rays.facing(own, points)
+    slope = dot(normal, ray)
+    step = -rays.tangent_distance(own, points, moved) / np.where(slope == 0.0, 1.0, slope)
     step = np.where((slope == 0.0) | (step >= distance), 0.0, step)
     start = moved + step[:, None] * ray
     # Both rays start on the other side of the plane, so that both find a surface at the point itself.

@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, Bools, cofactors, world_positions
-from glshadow.errors import ReferenceUnavailable, SceneError
+from glshadow.errors import SceneError
 from glshadow.geometry.smooth import sides, unit_vectors
 from glshadow.geometry.welding import welded
+from glshadow.reference.embree import Embree, Ints, dot
 from glshadow.reference.masks import texture_alpha
-from glshadow.scene.mesh import AlphaMode
+from glshadow.scene.mesh import AlphaMode, Mesh
 from glshadow.scene.nodes import Scene
-
-Ints = NDArray[np.int32]
 
 MAX_PASSED = 64  # surfaces on one ray that do not block: its own triangle, coplanar copies, texels removed by alpha
 U = 2.0**-24  # float32's unit roundoff
@@ -32,7 +31,7 @@ LIFT = 4.0 * U
 
 
 class Rays:
-    """A scene's triangles in float64 and in Embree.
+    """A scene's triangles in float64 and in Embree; a scene with points or lines needs `reference.capsules.CapsuleRays`.
 
     Triangles are numbered in the order of nodes, then of each mesh's triangles. Positions are relative to `origin`.
 
@@ -48,9 +47,9 @@ class Rays:
         self.origin = np.asarray(origin, dtype=np.float64)
         nodes = scene.nodes
         self.corners = np.concatenate(
-            [world_positions(n.mesh.positions, n.world_from_mesh, self.origin)[n.mesh.triangles] for n in nodes]
+            [world_positions(n.mesh.positions, n.world_from_mesh, self.origin)[self._vertices(n.mesh)] for n in nodes]
         )
-        counts = [len(node.mesh.triangles) for node in nodes]
+        counts = [node.mesh.count for node in nodes]
         self.node = np.repeat(np.arange(len(nodes), dtype=np.int32), counts)
         self.first = np.cumsum([0, *counts])[:-1]  # index of each node's first triangle
         self.reach = np.abs(self.corners).max(axis=(1, 2))
@@ -59,10 +58,28 @@ class Rays:
         normals = np.cross(b - a, c - a)
         length = np.linalg.norm(normals, axis=1)
         self.solid = length > 0.0
-        if not self.solid.any():
-            raise SceneError(f"{scene.name}: nothing to trace, every triangle has zero area")
         self.normals = normals / np.where(self.solid, length, 1.0)[:, None]
         self.normals[~self.solid] = (0.0, 1.0, 0.0)
+        self._check()
+
+    def _vertices(self, mesh: Mesh) -> NDArray[np.integer]:
+        return mesh.triangles
+
+    def _check(self) -> None:
+        if not self.solid.any():
+            raise SceneError(f"{self.scene.name}: nothing to trace, every triangle has zero area")
+
+    def facing(self, own: Ints, points: Array) -> Array:
+        """Unit normals (N, 3) of triangles (N,) at points (N, 3) of them."""
+        return np.asarray(self.normals[own])
+
+    def tangent_distance(self, own: Ints, points: Array, moved: Array) -> Array:
+        """Signed distances (N,) of other points (N, 3) to the tangent planes at points (N, 3) of triangles (N,)."""
+        return self.plane_distance(own, moved)
+
+    def shown(self, own: Ints, eye: Array, directions: Array, points: Array, normals: Array) -> tuple[Array, Array]:
+        """Points and normals of surfaces that an image shows, where they are not those of triangles."""
+        return points, normals
 
     def __getstate__(self) -> dict[str, Any]:
         return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}  # Embree's cannot be pickled
@@ -111,8 +128,8 @@ class Rays:
         return np.stack([flat.min(axis=0) - 1e-3 * self.size, flat.max(axis=0) + 1e-3 * self.size])
 
     @cached_property
-    def _drawn(self) -> _Embree:
-        return _Embree(self.corners, np.flatnonzero(self.seen), self.size)
+    def _drawn(self) -> Embree:
+        return Embree(self.corners, np.flatnonzero(self.seen), self.size)
 
     @cached_property
     def seen(self) -> Bools:
@@ -130,11 +147,11 @@ class Rays:
         return np.asarray(self.seen & np.array([node.casts for node in self.scene.nodes])[self.node])
 
     @cached_property
-    def _casting(self) -> _Embree | None:
+    def _casting(self) -> Embree | None:
         casting = np.flatnonzero(self.casts)
         if len(casting) == self.seen.sum():
             return self._drawn
-        return _Embree(self.corners, casting, self.size) if len(casting) else None
+        return Embree(self.corners, casting, self.size) if len(casting) else None
 
     @cached_property
     def _dual(self) -> Array:
@@ -230,7 +247,7 @@ class Rays:
 
     def _lifted(self, triangles: Ints, points: Array, directions: Array, factor: Array | float = 1.0) -> Array:
         """Points on triangles, moved off their planes along the directions."""
-        normal = self.normals[triangles]
+        normal = self.facing(triangles, points)
         side = np.where(dot(normal, directions) < 0.0, -1.0, 1.0)
         return np.asarray(points + normal * (side * factor * LIFT * self.reach[triangles])[:, None])
 
@@ -311,38 +328,6 @@ class Rays:
             met = np.where((t > 0.0)[:, None], met, points[live])  # hit behind the point, by rounding
             at, last = self._lifted(hit, met, towards, factor), hit
         return result, distance
-
-
-class _Embree:
-    """Some of the triangles in Embree, scaled by a power of two to about 1."""
-
-    def __init__(self, corners: Array, numbers: NDArray[np.int64], size: float) -> None:
-        try:
-            from embreex.mesh_construction import TriangleMesh
-            from embreex.rtcore_scene import EmbreeScene
-        except ImportError as error:
-            raise ReferenceUnavailable(
-                f"ray tracing needs embreex ({error}); install it with: pip install 'glshadow[reference]'"
-            ) from error
-        self.numbers = numbers.astype(np.int32)
-        self.scale = 2.0 ** -np.floor(np.log2(size))
-        self.scene = EmbreeScene(robust=True)  # watertight: shared edges are decided consistently
-        TriangleMesh(self.scene, np.ascontiguousarray(corners[numbers] * self.scale, dtype=np.float32))
-
-    def first(self, starts: Array, directions: Array, length: Array) -> Ints:
-        """Index of the first triangle within `length` (N,) times the direction (N, 3) of each ray, or -1."""
-        if len(starts) == 0 or len(self.numbers) == 0:
-            return np.full(len(starts), -1, dtype=np.int32)
-        norm = np.sqrt(dot(directions, directions))
-        unit = directions / norm[:, None]
-        reach = np.clip(length * norm * self.scale, 0.0, 1e30).astype(np.float32)
-        hit = self.scene.run((starts * self.scale).astype(np.float32), unit.astype(np.float32), dists=reach)
-        return np.where(hit >= 0, self.numbers[hit], np.int32(-1))
-
-
-def dot(a: Array, b: Array) -> Array:
-    """Dot products (N,) of vectors (N, 3)."""
-    return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
 def _along(directions: Array, offsets: Array) -> Array:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, Bools
 from glshadow.geometry.smooth import heights, lift, unit_vectors
-from glshadow.reference.rays import PLANE_BOUND, Ints, Rays, dot
+from glshadow.reference.embree import Ints, dot
+from glshadow.reference.rays import PLANE_BOUND, Rays
 
 Lowest = Callable[[Array, Array], Array]
 """From points (N, 3) and unit normals (N, 3) to the cosines (N,) of the light's lowest point."""
@@ -46,7 +47,7 @@ class Receivers:
 
         Without `lowest`, points are not moved.
         """
-        faces = rays.normals[own]
+        faces = rays.facing(own, points)
         faces = np.where((dot(faces, side) < 0.0)[:, None], -faces, faces)
         normals, lifted = faces.copy(), np.zeros(len(own), dtype=bool)
         round_normals = rays.round_normals

@@ -16,9 +16,10 @@ from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
 from glshadow.lights import Lights
 from glshadow.reference.aimed import AimedLight
-from glshadow.reference.rays import Ints, Rays, dot
+from glshadow.reference.capsules import CapsuleRays, has_capsules
+from glshadow.reference.embree import Ints, dot
+from glshadow.reference.rays import Rays
 from glshadow.reference.truth import Truth
-from glshadow.scene.capsules import refuse_capsules
 from glshadow.scene.nodes import Scene
 
 SAMPLES = whole(1, 1 << 16)
@@ -38,9 +39,9 @@ def trace(
 ) -> Truth:
     """Trace the exact shadows of an image.
 
-    A point is in shadow iff the open segment from it to the light meets a triangle, and unlit if the geometric normal that faces the
-    viewer points away from the light. A point of a smooth mesh is moved by its vertex normals, see `geometry.smooth`, and is unlit if
-    the interpolated normal points away. Surfaces are two-sided, but the camera sees through back faces that
+    A point is in shadow iff the open segment from it to the light meets a triangle, a ball or a tube, and unlit if the geometric normal
+    that faces the viewer points away from the light. A point of a smooth mesh is moved by its vertex normals, see `geometry.smooth`, and
+    is unlit if the interpolated normal points away. Surfaces are two-sided, but the camera sees through back faces that
     their material culls. A node that does not receive is never in shadow; one that does not cast
     shadows nothing. MASK materials have no surface where alpha is below the cutoff (alpha sampled bilinearly at the finest level);
     what blends is neither seen nor a caster; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
@@ -128,7 +129,7 @@ def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], samples
             f"surface must be an array of integers with one triangle per pixel, for one sample: got {shown(surface)} for "
             f"{shape} (height, width) and samples {samples}"
         )
-    count = sum(len(node.mesh.triangles) for node in scene.nodes)
+    count = sum(node.mesh.count for node in scene.nodes)
     if surface.max() >= count:
         raise SettingsError(
             f"surface must hold indices of the scene's {count} triangles from 0, or -1 for none, got {int(surface.max())}"
@@ -141,8 +142,7 @@ def _rays_of(scene: Scene, camera: Camera) -> Rays:
     origin = np.clip(np.asarray(camera.position), *scene.extent)
     rays = _rays.get(scene)
     if rays is None or not np.array_equal(rays.origin, origin):
-        refuse_capsules(scene, "the traced reference")
-        rays = Rays(scene, origin)
+        rays = (CapsuleRays if has_capsules(scene) else Rays)(scene, origin)
         _rays[scene] = rays
     return rays
 
@@ -163,7 +163,7 @@ def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[f
     length = np.full(len(directions), np.inf if camera.far is None else camera.far - (camera.near or 0.0))
     triangle, points = rays.first_hits(starts, directions, length, camera=True)
     rows = np.flatnonzero(triangle >= 0)
-    normals = rays.normals[triangle[rows]]
+    normals = rays.facing(triangle[rows], points[rows])
     away = dot(normals, directions[rows]) > 0.0
     return _Hits(triangle, rows, points[rows], np.where(away[:, None], -normals, normals))
 
@@ -180,7 +180,8 @@ def _shown(rays: Rays, camera: Camera, size: tuple[int, int], surface: Ints) -> 
     points = eye + np.clip(along, depth.min(axis=1), depth.max(axis=1))[:, None] * directions
     points -= normals * dot(normals, points - corners[:, 0])[:, None]
     points = _onto(points, corners, normals)
-    return _Hits(triangle, rows, points, np.where((slant > 0.0)[:, None], -normals, normals))
+    points, normals = rays.shown(own, eye, directions, points, np.where((slant > 0.0)[:, None], -normals, normals))
+    return _Hits(triangle, rows, points, normals)
 
 
 def _onto(points: Array, corners: Array, normals: Array) -> Array:

@@ -14,7 +14,8 @@ from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
 from glshadow.core.spaces import FARTHEST, Array, Bools, perpendicular
 from glshadow.lights import Light
 from glshadow.reference.aimed import AimedLight, moved_over
-from glshadow.reference.rays import LIFT, Ints, Rays
+from glshadow.reference.embree import Ints
+from glshadow.reference.rays import LIFT, Rays
 from glshadow.reference.receivers import Receivers
 from glshadow.scene.nodes import Scene
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.setting import fits, numbers_in, refuse, shown
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import FARTHEST, Array
 from glshadow.errors import SceneError
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 
@@ -59,7 +59,7 @@ class Capsules(Mesh):
         # what all meshes have is checked by Mesh
         object.__setattr__(self, "normals", None)
         object.__setattr__(self, "uv", None)
-        object.__setattr__(self, "colors", _four_channels(colors))
+        object.__setattr__(self, "colors", _four_channels(colors, len(points), kind))
         object.__setattr__(self, "material", material)
         object.__setattr__(self, "positions", points)
         object.__setattr__(self, "triangles", np.zeros((0, 3), dtype=np.int32))
@@ -209,6 +209,7 @@ class Lines(Capsules):
 
     def default_radius(self) -> float:
         """A share of the diagonal of the bounds."""
+        _check_reach(self.used)
         diagonal = float(np.linalg.norm(np.ptp(self.used, axis=0))) if len(self.used) else 0.0
         if diagonal == 0.0 and self.count:
             raise SceneError("Lines need a radius: all their ends coincide")
@@ -238,17 +239,26 @@ def _segments(given: Any, count: int) -> NDArray[np.int32]:
     return np.ascontiguousarray(pairs, dtype=np.int32)
 
 
-def _four_channels(colors: ArrayLike | None) -> Any:
-    """Colours with an alpha; other shapes as they are, for Mesh to refuse."""
+def _four_channels(colors: ArrayLike | None, count: int, kind: str) -> Any:
+    """Colours with an alpha; what are no numbers as they are, for Mesh to refuse."""
     given = None if colors is None else numbers_in(colors)
-    if given is None or not fits(given, (None, 3)):
+    if given is None:
         return colors
-    return np.concatenate([given, np.ones((len(given), 1))], axis=1)
+    if not (fits(given, (count, 3)) or fits(given, (count, 4))):
+        raise SceneError(f"{kind} colors must have shape ({count}, 3) or ({count}, 4), got {given.shape}")
+    return given if given.shape[1] == 4 else np.concatenate([given, np.ones((count, 1))], axis=1)
 
 
 def radius_scale(matrix: Array) -> float:
     """Factor by which a node's matrix (4, 4) scales a radius."""
     return float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
+
+
+def _check_reach(positions: Array) -> None:
+    """Refuse coordinates whose products overflow float64, before a radius is derived from them."""
+    far = float(np.abs(positions).max(initial=0.0))
+    if far > FARTHEST:
+        raise SceneError(f"coordinates up to {far:.3g} are too large, the limit is {FARTHEST:g}: scale them first")
 
 
 def median_distance(positions: Array) -> float:
@@ -258,6 +268,7 @@ def median_distance(positions: Array) -> float:
     """
     if len(positions) == 0:
         return 1.0
+    _check_reach(positions)
     axis = int(np.argmax(np.ptp(positions, axis=0)))
     ordered = positions[np.argsort(positions[:, axis], kind="stable")]
     along = ordered[:, axis]

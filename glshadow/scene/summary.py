@@ -89,11 +89,11 @@ def scene_html(scene: Scene) -> str:
 
 
 def _elements(meshes: Sequence[Mesh]) -> str:
-    """Counts of triangles, points and line segments; triangles also where there is nothing."""
+    """Counts of triangles, points and line segments; where there is nothing, none of the first kind."""
     counts: dict[str, int] = {}
     for mesh in meshes:
         counts[mesh.element] = counts.get(mesh.element, 0) + mesh.count
-    drawn = {name: count for name, count in counts.items() if count} or {"triangle": 0}
+    drawn = {name: count for name, count in counts.items() if count} or {next(iter(counts), "triangle"): 0}
     return ", ".join(_counted(count, name) for name, count in drawn.items())
 
 

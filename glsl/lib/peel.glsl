@@ -21,12 +21,20 @@ bool nearer(float a, float b) {
     return GLS_REVERSED == 1 ? a > b : a < b;
 }
 
-bool is_next(uint surface) {
+// Whether an opaque surface hides a depth. One that lies on an opaque surface is before it: within 1/64 pixel along its slope, since GL
+// snaps vertices to 1/256, and within roundings of float32, which reach 1e-5 of a distance where a vertex is far beside the camera. `slope` is
+// fwidth(depth).
+bool is_hidden(float opaque, float depth, float slope) {
+    float near = 0.015625 * slope + (GLS_REVERSED == 1 ? 1e-5 * depth : 2.4e-7);
+    return nearer(opaque, GLS_REVERSED == 1 ? depth + near : depth - near);
+}
+
+bool is_next(uint surface, float slope) {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float before = texelFetch(u_peeled_depth, pixel, 0).r;
     bool behind = nearer(before, gl_FragCoord.z)
         || before == gl_FragCoord.z && triangle_of(surface) > triangle_of(texelFetch(u_peeled, pixel, 0).r);
-    return behind && !nearer(texelFetch(u_opaque_depth, pixel, 0).r, gl_FragCoord.z);
+    return behind && !is_hidden(texelFetch(u_opaque_depth, pixel, 0).r, gl_FragCoord.z, slope);
 }
 
 vec4 kept_of(vec4 color, float transmission) { // rgb: share of the light from behind that is seen; a: weight of the surface's own light

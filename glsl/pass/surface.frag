@@ -322,6 +322,9 @@ bool exists(out uvec4 surface, out uint emission) { // false: discarded by the a
 void main() {
     uvec4 surface = uvec4(0u);
     uint emission = 0u;
+#if GLS_PEEL
+    float slope = fwidth(gl_FragCoord.z);
+#endif
 #if GLS_CONSERVATIVE
     REAL3 ndc = REAL3(REAL2(gl_FragCoord.xy) / REAL2(u_half_size) - 1.0, 1.0);
     REAL3 eye = REAL3(u_eye_l) + REAL3(u_eye_rest), ray = REAL_MAT3(u_ray_l) * ndc + REAL_MAT3(u_ray_rest) * ndc;
@@ -355,7 +358,7 @@ void main() {
     o_emission = emission;
 #endif
 #if GLS_PEEL
-    if (!is_next(surface.r)) discard;
+    if (!is_next(surface.r, slope)) discard;
     o_kept = kept;
 #endif
 #if GLS_SURFACE == 1

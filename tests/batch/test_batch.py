@@ -28,6 +28,8 @@ from glshadow.batch.run import JOURNAL
 from glshadow.cli import main
 from glshadow.errors import listening
 
+from ..scene.glb import Glb
+
 FLAT = {"kind": "orthographic", "position": [0, 9, 1], "height": 8}
 SMALL = {"size": [48, 32], "samples": 1}
 
@@ -66,6 +68,41 @@ def test_images_equal_those_of_render(tmp_path: Path) -> None:
     assert run_batch(changed, tmp_path / "out", processes=1, fresh=True).drawn == 1
 
 
+def test_cameras_smoothness_and_times_of_files(tmp_path: Path) -> None:
+    """As `load` takes them; a scene is loaded again where they differ."""
+    glb = Glb(
+        nodes=[{"mesh": 0}, {"camera": 0, "name": "far"}, {"camera": 0, "name": "near", "translation": [0, 0, 4]}]
+    )
+    glb.json["nodes"][1]["translation"] = [0, 0, 9]
+    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.8}}]
+    glb.mesh({"attributes": {"POSITION": glb.add([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])}})
+    glb.json["animations"] = []
+    for name, x in (("left", -1.5), ("right", 1.5)):
+        sampler = {"input": glb.add([0, 2]), "output": glb.add([[0, 0, 0], [x, 0, 0]])}
+        channel = {"sampler": 0, "target": {"node": 0, "path": "translation"}}
+        glb.json["animations"].append({"name": name, "samplers": [sampler], "channels": [channel]})
+    glb.save(tmp_path / "moving.glb")
+    (tmp_path / "tent.obj").write_text(
+        "v 0 0 0\nv 2 0 0\nv 2 1 -1\nv 0 1 -1\nv 2 3 -1\nv 0 3 -1\nf 1 2 3 4\nf 4 3 5 6\n"
+    )
+    wanted: list[tuple[str, dict[str, Any]]] = [
+        ("moving.glb", {}),
+        ("moving.glb", {"camera": "near"}),
+        ("moving.glb", {"camera": 1, "time": 1.0}),
+        ("moving.glb", {"time": 2.0, "animation": "right"}),
+        ("tent.obj", {}),
+        ("tent.obj", {"smooth": 60.0}),
+    ]
+    lines = [{"scene": name, "output": f"{k}.png", **given} for k, (name, given) in enumerate(wanted)]
+    assert run_batch(read_jobs(written(tmp_path / "jobs.jsonl", *lines)), tmp_path / "out", processes=1).failed == ()
+    seen = []
+    for k, (name, given) in enumerate(wanted):
+        expected = gs.render(gs.load(tmp_path / name, **given), size=(48, 32), samples=1).image
+        np.testing.assert_array_equal(image.read(tmp_path / "out" / f"{k}.png")[..., :3], expected)
+        seen.append(expected.tobytes())
+    assert len(set(seen)) == len(wanted)
+
+
 def test_truncated_journal_keeps_its_complete_lines(tmp_path: Path) -> None:
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}, {"output": "b.png"}))
     run_batch(jobs, tmp_path / "out", processes=1)
@@ -87,7 +124,7 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ("{", "not JSON"), ('{"a": 1, "a": 2}', "the key 'a' more than once"), ('{"a": ' + "9" * 5000 + "}", "an integer of 5000 digits$"),
     ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
     ({"output": "a.png"}, "scene is missing"),
-    ({"colour": 1}, "'colour': unknown; the keys are background, cameras"), ({"scene": "nowhere.glb"}, "file not found"),
+    ({"colour": 1}, "'colour': unknown; the keys are animation, background"), ({"scene": "nowhere.glb"}, "file not found"),
     ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
     ({"output": "a_{}.png"}, "there is only one image"), ({"orbit": 3}, "one field for the image's number"),
     *(({"orbit": 3, "output": each}, "one field for the image's number") for each in (
@@ -109,6 +146,9 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"exposure": "bright"}, "exposure must be"), ({"tone": 1}, "tone must be"),
     ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
     ({"orbit": 2, "cameras": [{}, {}], "output": "{}.png"}, "cannot be combined"),
+    ({"camera": "a", "cameras": [{}]}, "cameras and camera cannot be combined"), ({"camera": -1}, "camera must be"),
+    ({"time": "x"}, "time must be"), ({"time": 1}, "time needs a model's file"), ({"animation": "a"}, "animation needs time"),
+    ({"smooth": 200}, "smooth must be"), ({"smooth": 30, "camera": 0}, "camera, smooth needs a model's file"),
 ]  # fmt: skip
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from glshadow.core.spaces import Array, Bools
 from glshadow.lights import Light
-from glshadow.reference.rays import Ints, Rays, dot
+from glshadow.reference.embree import Ints, dot
+from glshadow.reference.rays import Rays
 
 
 def blocked(

@@ -7,6 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.derive.lists import MOST_DOUBLINGS
+from glshadow.gl.passes.samples import Samples
 from glshadow.gl.techniques import listed
 from tests.exact.capsule_rays import Elements, elements_of, entry, visible
 
@@ -110,7 +111,7 @@ def _light(kind: str) -> gs.Light:
     return gs.PointLight(position=(0.6, 3.2, 0.4))
 
 
-def _random_scene(seed: int) -> tuple[gs.Scene, gs.Light]:
+def random_scene(seed: int) -> tuple[gs.Scene, gs.Light]:
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 14))
     places = rng.uniform(-1.5, 1.5, (count, 3)) + UP
@@ -137,7 +138,7 @@ def _random_scene(seed: int) -> tuple[gs.Scene, gs.Light]:
     return gs.Scene(nodes, camera=camera, name=f"scene {seed}"), _light(("directional", "spot", "point")[seed % 3])
 
 
-def _first(elements: Elements, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def first_hit(elements: Elements, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     along = np.stack([entry(elements, k, origins, rays) for k in range(len(elements.radius))])
     first = along.argmin(axis=0)
     nearest = along.min(axis=0)
@@ -146,7 +147,7 @@ def _first(elements: Elements, origins: np.ndarray, rays: np.ndarray) -> tuple[n
 
 def wrong_pixels(renderer: gs.Renderer, seed: int) -> tuple[int, int, int]:
     """Pixels that show another element, and that have another visibility, than float64 finds within rounding; and pixels compared."""
-    scene, light = _random_scene(seed)
+    scene, light = random_scene(seed)
     frame = _visibility(renderer, scene, light)
     elements = elements_of(scene)
     origins, rays = (np.ascontiguousarray(each).reshape(-1, 3) for each in scene.camera.rays(SIZE))
@@ -154,13 +155,13 @@ def wrong_pixels(renderer: gs.Renderer, seed: int) -> tuple[int, int, int]:
     size = 8.0
     rng = np.random.default_rng(seed)
     jitters = [np.zeros(3), *(ROUNDING * size * rng.normal(size=(24, 3)))]
-    first, _ = _first(elements, origins, rays)
+    first, _ = first_hit(elements, origins, rays)
     rows = np.flatnonzero(first != shown)
     for jitter in jitters[1:]:
-        near, _ = _first(elements, origins[rows] + jitter, rays[rows])
+        near, _ = first_hit(elements, origins[rows] + jitter, rays[rows])
         rows = rows[near != shown[rows]]
     seen = np.flatnonzero((first == shown) & (shown >= 0))
-    along = _first(elements, origins[seen], rays[seen])[1]
+    along = first_hit(elements, origins[seen], rays[seen])[1]
     points = origins[seen] + along[:, None] * rays[seen]
     found = frame.visibility[0].ravel()[seen] > 0.5
     mistaken = np.flatnonzero(visible(elements, light, shown[seen], points, rays[seen], size) != found)
@@ -234,6 +235,34 @@ def test_finer_lists_change_no_bit(renderer: gs.Renderer, monkeypatch: pytest.Mo
     assert 0.05 < (found[0].visibility == 0.0).mean() < 0.95
 
 
+@pytest.mark.parametrize("kind", ["directional", "spot", "point"])
+def test_pixels_that_are_shaded_once_have_the_visibility_of_all_samples(
+    renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """Thin tubes and small balls, whose shadows pass between the middles of pixels."""
+    rng = np.random.default_rng(6)
+    nodes = [
+        gs.Node(gs.Points(rng.uniform(-1.0, 1.0, (40, 3)) + UP, 10.0 ** rng.uniform(-2.5, -0.7, 40))),
+        gs.Node(gs.Lines(rng.uniform(-1.0, 1.0, (9, 3)) + UP, radius=0.003)),
+        gs.Node(gs.Mesh(rng.uniform(-1.5, 1.5, (18, 3)) + UP, np.arange(18).reshape(6, 3))),
+    ]
+    scene = gs.Scene([*nodes, _ground()], camera=gs.PerspectiveCamera((4.0, 3.0, 5.0), (0.0, 0.6, 0.0)))
+    collect, counts = Samples._collect, []
+    monkeypatch.setattr(Samples, "_collect", lambda *given: counts.append(collect(*given)) or counts[-1])
+    found = []
+    for once in (True, False):
+        monkeypatch.setattr(listed.Listed, "marks_capsules", once)
+        found.append(
+            renderer.render(scene, lights=[_light(kind)], size=(200, 150), samples=4, outputs=("visibility", "linear"))
+        )
+    assert counts[0] < 0.6 * counts[1]
+    assert np.array_equal(found[0].visibility, found[1].visibility, equal_nan=True)
+    between = (found[0].visibility > 0.0) & (found[0].visibility < 1.0)
+    assert between.sum() > 300
+    # a flat surface is shaded at one place instead of four, between which the angle of a light with a position and its cone change
+    assert np.abs(found[0].linear - found[1].linear).mean() < 2e-3
+
+
 def test_every_ball_of_a_large_cloud_has_its_number(renderer: gs.Renderer) -> None:
     """More balls than one draw call takes."""
     count = 270
@@ -251,3 +280,23 @@ def test_every_ball_of_a_large_cloud_has_its_number(renderer: gs.Renderer) -> No
     sure = np.abs(away - 0.4) > 1e-4  # float32 at 270 units
     assert number.max() > 1 << 16
     assert np.array_equal(frame.triangle[sure], number[sure])
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_no_lights_are_a_black_light(renderer: gs.Renderer, samples: int) -> None:
+    scene = gs.Scene(
+        [
+            gs.Points([[0.0, 0.6, 0.0]], radius=0.5),
+            gs.Lines([[-1.0, 0.4, 0.0], [1.0, 0.4, 1.0]], radius=0.1),
+            _ground(1.0),
+        ],
+        camera=gs.PerspectiveCamera((1.0, 2.0, 4.0), (0.0, 0.3, 0.0)),
+        name="dark",
+    )
+    dark, black = (
+        renderer.render(scene, lights=lights, size=SIZE, samples=samples, outputs=("linear", "alpha", "node"))
+        for lights in ([], [gs.DirectionalLight(intensity=0.0)])
+    )
+    assert all((dark.node == node).any() for node in range(3))
+    assert np.abs(dark.linear - black.linear).max() < 1e-6  # float32 roundings of the hit, in the axes of another light
+    assert np.array_equal(dark.alpha, black.alpha)

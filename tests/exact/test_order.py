@@ -126,7 +126,7 @@ def forget(renderer: Renderer) -> None:
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("sets", [0, pytest.param(SETS, marks=pytest.mark.exhaustive)])
 def test_image_is_independent_of_earlier_frames(scene: Scene, sets: int) -> None:
-    """Every set of lights once, and further ones with a blended pane, which doubles the time; tests/gl/test_layers.py has others."""
+    """Every set of lights once, and further ones with a transparent surface, which doubles the time; tests/gl/test_layers.py has others."""
     scene = scene if sets else Scene(scene.nodes[:-1], CAMERA, name="some of everything")
     rng = np.random.default_rng(SEED)
     known = lights()

@@ -477,6 +477,35 @@ def test_pane_on_an_equal_opaque_mesh(renderer: gs.Renderer) -> None:
         np.testing.assert_allclose(frame.linear[18:46, 18:46], expected, rtol=ROUNDING)
 
 
+@pytest.mark.parametrize("samples", [1, 4])
+@pytest.mark.parametrize("seed", [None, 3])
+def test_decal_in_the_plane_of_a_wall(renderer: gs.Renderer, seed: int | None, samples: int) -> None:
+    """Of other triangles than the wall, and of other depths by rounding: it is before the wall all over. Seen steeply and obliquely."""
+    turn = np.eye(3) if seed is None else np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    across, along = turn[0], turn[1]
+    normal = np.cross(across, along)
+    middle = 0.17 * normal
+
+    def flat(corner: Array, first: Array, second: Array, color: Sequence[float], **more: object) -> gs.Mesh:
+        return gs.Mesh(*shapes.rectangle(middle + corner, first, second), material=material(color, unlit=True, **more))
+
+    wall = flat(
+        -30.0 * across - 30.0 * along, 60.0 * across, 60.0 * along, (0.0, 0.0, 1.0, 1.0), alpha_mode=gs.AlphaMode.OPAQUE
+    )
+    decal = flat(
+        -0.6 * across - 0.7 * along, 1.3 * across + 0.2 * along, 1.4 * along - 0.2 * across, (1.0, 0.0, 0.0, 0.5)
+    )
+    for eye in (3.0 * normal + 0.8 * across, 0.4 * normal + 2.5 * across):
+        camera = gs.PerspectiveCamera(tuple(middle + eye), tuple(middle), tuple(along + 0.01 * across), fov_y=40.0)
+        alone = plain(renderer, [decal], camera, samples=samples, background=(0.0, 0.0, 0.0))
+        both = plain(renderer, [wall, decal], camera, samples=samples)
+        inside = alone.alpha == 0.5
+        assert inside.sum() > 300
+        np.testing.assert_allclose(
+            both.linear[inside], np.broadcast_to((0.5, 0.0, 0.5), (inside.sum(), 3)), atol=2e-3
+        )  # RGB9E5
+
+
 def test_scene_that_does_not_blend_allocates_nothing() -> None:
     with gs.Renderer("egl") as fresh:
         fresh.render(gs.scenes.box().scene, None, None, SIZE)

@@ -20,7 +20,7 @@ from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.frame import Frame
 from glshadow.lights import DirectionalLight
 from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
-from glshadow.reference.rays import dot
+from glshadow.reference.embree import dot
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer

@@ -321,3 +321,9 @@ def test_mesh_files_need_neither_trimesh_nor_the_filters_of_warnings(tmp_path):
     before = list(warnings.filters)
     load(tmp_path / "a.off")
     assert warnings.filters == before
+
+
+def test_off_whose_counts_are_not_integers_is_named(tmp_path):
+    (tmp_path / "a.off").write_text("OFF\n3 0.5\n0\n220\n4\n")
+    with pytest.raises(SceneError, match="not an OFF file"):
+        load(tmp_path / "a.off")

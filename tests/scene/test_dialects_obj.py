@@ -227,3 +227,45 @@ def test_many_missing_files_are_counted(pictures):
         warnings.simplefilter("always")
         load_text(pictures, f"mtllib m.mtl\n{CORNERS}{faces}")
     assert 1 < len(caught) < 60
+
+
+@pytest.mark.parametrize(
+    ("statement", "files"),
+    [
+        ("mtllib one\\ file.mtl", ["one file.mtl"]),
+        ("mtllib missing.mtl one\\ file.mtl", ["one file.mtl"]),
+        ("mtllib one file.mtl two files.mtl", ["one file.mtl", "two files.mtl"]),
+    ],
+)
+def test_names_of_libraries_with_spaces(tmp_path, statement, files):
+    for number, name in enumerate(files):
+        (tmp_path / name).write_text(f"newmtl m{number}\nKd 0 {number} 1\n")
+    text = f"{statement}\n{CORNERS}usemtl m0\nf 1 2 3\nusemtl m{len(files) - 1}\nf 1 3 4\n"
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".*missing.mtl")
+        scene = loaded(tmp_path / "a.obj", text)
+    assert [node.mesh.material.color for node in scene.nodes] == [(0, k, 1, 1) for k in range(len(files))]
+
+
+def test_materials_that_no_library_defines_are_noted(tmp_path):
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\n")
+    text = f"mtllib m.mtl\n{CORNERS}usemtl A\nf 1 2 3\nusemtl b\nf 1 3 4\n"
+    with pytest.warns(GlshadowWarning, match=r"2 material\(s\) that no library defines \('A', 'b'\): drawn white"):
+        loaded(tmp_path / "a.obj", text)
+
+
+def test_curves_are_noted(tmp_path):
+    text = PLATE + "cstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\ncurv 0 1 1 2 3 4\n"
+    with pytest.warns(GlshadowWarning, match="its curves and surfaces .* are not drawn") as caught:
+        assert len(loaded(tmp_path / "a.obj", text).nodes[0].mesh.triangles) == 2
+    assert len(caught) == 1
+
+
+def test_whole_numbers_far_from_the_origin_are_not_lost(tmp_path):
+    """Millimetres of a national grid are exact in float32 as in text: a warning of lost precision would be wrong."""
+    far = "".join(f"v {4_600_000 + 100 * x:d} {500_000 + 100 * y:d} 0\n" for x, y in ((0, 0), (1, 0), (0, 1)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        loaded(tmp_path / "a.obj", far + "f 1 2 3\n")
+    with pytest.warns(GlshadowWarning, match="already lost in the file"):
+        loaded(tmp_path / "b.obj", far.replace("4600100", "4600100.5") + "f 1 2 3\n")

@@ -190,7 +190,7 @@ def test_quadrangles() -> None:
         ((CORNERS, np.zeros((0, 3), int)), "nothing to render"),
         ((CORNERS, [[0, 1, 2], [0, 1, 2, 3]]), r"must be \(vertices, faces\), arrays"),
         ((CORNERS + 1j, FACES), r"must be \(vertices, faces\), arrays"),
-        ([(CORNERS, FACES), (CORNERS, FACES)], r"or consist of meshes and nodes.*one by one"),
+        ([(CORNERS, FACES), (CORNERS, FACES)], r"nodes\[0\] must be Node or Mesh.*one by one"),
     ],
 )
 def test_broken_arrays_are_named(pair: object, named: str) -> None:
@@ -209,6 +209,10 @@ def test_text_streams_endless_and_failing_ones_are_named() -> None:
 
     with pytest.raises(SceneError, match="binary mode"):
         gs.load(io.StringIO("OFF"))
+    closed = io.BytesIO(b"OFF")
+    closed.close()
+    with pytest.raises(SceneError, match="the file object is closed"):
+        gs.load(closed)
     with pytest.raises(SceneError, match="file_bytes"):
         gs.load(Endless(), limits=gs.Limits(file_bytes=10**7))
     with pytest.raises(SceneError, match="the line is dead"):

@@ -230,6 +230,9 @@ PARTS = {
     "normals of another count": (lambda glb, place: {"attributes": {"POSITION": place, "NORMAL": glb.add([[0, 0, 1]] * 3)}, "mode": 6},
                                  SQUARE, 0, "NORMAL has 3 elements, POSITION has 4"),
     "a list": (lambda glb, place: [], SQUARE, 0, "must be an object"),
+    "an accessor of a type that is a list": (lambda glb, place: {"attributes": {"POSITION": glb.declare(3, kind=["VEC3"])}}, SQUARE, 0,
+                                             "must be VEC3 of a known component type"),
+    "a target that is a number": (lambda glb, place: {"attributes": {"POSITION": place}, "targets": [3]}, SQUARE, 0, "left out"),
 }  # fmt: skip
 
 

@@ -14,6 +14,7 @@ import pytest
 import trimesh
 
 import glshadow as gs
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
 from glshadow.scene.capsules import TUBE_SHARE, Capsules, median_distance
 
@@ -61,7 +62,11 @@ def test_bounds_hold_balls_under_any_matrix() -> None:
         (lambda: gs.Points(PLACES, radius=0.0), "larger than 0"),
         (lambda: gs.Points(PLACES, radius=[1.0, 2.0]), "one number or 3"),
         (lambda: gs.Points(PLACES, colors=np.full((3, 3), 2.0)), "from 0 to 1"),
-        (lambda: gs.Points(PLACES, colors=np.ones((2, 4))), r"\(3, 4\)"),
+        (
+            lambda: gs.Points(PLACES, colors=np.ones((2, 4))),
+            r"Points colors must have shape \(3, 3\) or \(3, 4\), got \(2, 4\)",
+        ),
+        (lambda: gs.Lines(PLACES, radius=1.0, colors=[1.0, 0.0, 0.0]), r"Lines colors must have shape .* got \(3,\)"),
         (lambda: gs.Points(PLACES, material=gs.Material(alpha_mode=gs.AlphaMode.BLEND)), "opaque"),
         (lambda: gs.Points(PLACES, material=gs.Material(roughness=0.5)), "matte, without"),
         (lambda: gs.Scene([gs.Node(gs.Points(PLACES), np.diag([1.0, 0.0, 1.0, 1.0]))]), "flattened"),
@@ -100,6 +105,27 @@ def test_ply_without_faces_is_points_and_with_edges_lines(tmp_path: Path) -> Non
     lines = _only(gs.load(tmp_path / "lines.ply"))
     assert isinstance(lines, gs.Lines)
     assert np.array_equal(lines.ends, [[0, 1], [1, 2]])
+
+
+@pytest.mark.parametrize("rest", ["", "l 1 2 3\n", "f 1 2 3\n", "f 1 2 3 4\n"])
+def test_coordinates_near_the_end_of_float64_are_refused_by_name(tmp_path: Path, rest: str) -> None:
+    """Without a warning of numpy, which the settings of the tests turn into an error of another kind."""
+    (tmp_path / "far.obj").write_text("v 1e308 0 0\nv -1e308 0 0\nv 0 1e308 0\nv 0 0 -1e308\n" + rest)
+    with pytest.raises(SceneError, match=r"1e\+308 (from the origin|are too large)|coordinates overflow"):
+        gs.load(tmp_path / "far.obj")
+
+
+def test_gaussian_splats_are_points_of_their_base_colours(tmp_path: Path) -> None:
+    """0.5 + Y f_dc in sRGB, where Y = 1 / (2 sqrt(pi)), the spherical harmonic of degree 0."""
+    header = PLY + "".join(f"property float f_dc_{k}\n" for k in range(3)) + "property float opacity\nend_header\n"
+    rows = "".join(f"{x} {y} {z} 0 {10 * k} -9 0.5\n" for k, (x, y, z) in enumerate(PLACES.tolist()))
+    (tmp_path / "splats.ply").write_text(header + rows)
+    with pytest.warns(gs.GlshadowWarning, match="Gaussian splats are drawn as points of their base colours"):
+        points = _only(gs.load(tmp_path / "splats.ply"))
+    assert isinstance(points, gs.Points)
+    assert points.colors is not None
+    half = float(linear_from_srgb(np.array(0.5)))
+    np.testing.assert_allclose(points.colors[:, :3], [[half, half, 0], [half, 1, 0], [half, 1, 0]], atol=1e-7)
 
 
 def test_obj_points_and_lines_beside_faces(tmp_path: Path) -> None:
@@ -238,9 +264,12 @@ def test_points_that_are_not_finite_are_left_out_with_a_note() -> None:
         assert _only(gs.load(cloud)).count == 3
 
 
+def test_nothing_is_described_by_its_kind() -> None:
+    assert repr(gs.Points(np.zeros((0, 3)))).startswith("Points(0 points, ")
+    assert repr(gs.Lines(PLACES, np.zeros((0, 2), dtype=int), radius=1.0)).startswith("Lines(0 line segments, ")
+
+
 def test_what_knows_triangles_only_refuses(tmp_path: Path) -> None:
     scene = gs.Scene([gs.Points(PLACES)], name="cloud")
-    with pytest.raises(SceneError, match="cloud: the traced reference does not support points"):
-        gs.trace(scene, size=(8, 8))
     with pytest.raises(SceneError, match="cloud: a page does not support points"):
         gs.export_page(scene, tmp_path)

@@ -40,7 +40,7 @@ def read_accessor(document: Document, index: Any, types: tuple[str, ...], user: 
     where = f"{user}: accessors[{index}]"
     accessor = document.item("accessors", index, user)
     kind, component = accessor.get("type"), accessor.get("componentType")
-    if kind not in types or component not in COMPONENTS:
+    if not isinstance(kind, str) or not isinstance(component, int) or kind not in types or component not in COMPONENTS:
         raise SceneError(
             f"{where} must be {' or '.join(types)} of a known component type, got {kind!r} of {component!r}"
         )

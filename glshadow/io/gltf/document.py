@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import os
 import re
 import struct
@@ -186,7 +185,7 @@ class Document:
             raise SceneError(f"{user}: a data: uri must be base64, got {uri[:40]!r}")
         try:
             return base64.b64decode(body, validate=True)
-        except binascii.Error as error:
+        except ValueError as error:  # of binascii, or for letters beyond ASCII
             raise SceneError(f"{user}: its data: uri is not valid base64 ({error})") from error
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -16,8 +17,11 @@ from glshadow.io.mesh_files.words import name_of, text_of, without_mark
 from glshadow.scene.mesh import MOST, Material
 from glshadow.scene.texture import CLAMP, Sampler, Texture
 
+MOST_NAMES = 8  # in a note
 MOST_LIBRARIES = 100  # per file: more indicate a list of names rather than materials
 
+UNESCAPED = re.compile(r"(?<!\\)\s+")
+WITH_SUFFIX = re.compile(r"\S.*?\.mtl(?=\s|$)", re.IGNORECASE)  # several names with spaces
 # option of a map: number of its words; for NUMERIC ones at most that many
 OPTIONS = {"-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2}
 OPTIONS |= {"-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1, "-colorspace": 1}
@@ -68,6 +72,7 @@ class Library:
     lines: dict[str, dict[str, str]] = field(default_factory=dict)
     files: set[str] = field(default_factory=set)
     left_out: dict[str, None] = field(default_factory=dict)
+    unknown: dict[str, None] = field(default_factory=dict)
     cut: dict[tuple[Any, ...], Material] = field(default_factory=dict)
     textures: dict[tuple[int, bool], Texture] = field(default_factory=dict)
 
@@ -75,9 +80,9 @@ class Library:
         """Read the files that a line `mtllib` names: one file, whose name may have spaces, or several."""
         if len(self.files) > MOST_LIBRARIES:
             return
-        names = [statement] if self.beside.has(statement) else statement.split(None, MOST_LIBRARIES + 1)
-        if not any(self.beside.has(name) for name in names):
-            names = [statement]
+        spaced = [name.replace("\\ ", " ") for name in UNESCAPED.split(statement, MOST_LIBRARIES + 1)]
+        ways = [statement], spaced, WITH_SUFFIX.findall(statement)[: MOST_LIBRARIES + 1]
+        names = next((names for names in ways if any(self.beside.has(name) for name in names)), [statement])
         for name in names:
             if name in self.files or len(self.files) > MOST_LIBRARIES:
                 continue
@@ -105,6 +110,8 @@ class Library:
         """The part of the faces that use the material; white if it is not defined."""
         given = self.lines.get(name)
         if given is None:
+            if name and self.lines:
+                self.unknown[name] = None
             return Part(name)
         color = np.ones(3) if "kd" not in given else self._color(given["kd"], name)
         maps = {key: self._map(given[key], name) for key in ("map_kd", "map_d", *MAPS) if key in given}
@@ -174,6 +181,9 @@ class Library:
         """Add the note on statements that are not drawn."""
         if self.left_out:
             self.notes.append(f"{', '.join(self.left_out)} of its materials: not drawn")
+        if self.unknown:
+            names = ", ".join(map(repr, list(self.unknown)[:MOST_NAMES]))
+            self.notes.append(f"{len(self.unknown)} material(s) that no library defines ({names}): drawn white")
 
     def _opacity(self, given: dict[str, str], name: str) -> float:
         """d, or 1 - Tr. 0 counts as opaque, as the exporters that write it mean."""

@@ -36,6 +36,7 @@ from glshadow.io.mesh_files.words import (
 INDENT = re.compile(rb"^[ \t]+", re.MULTILINE)
 NO_INDEX = re.compile(rb"/(?=[/\s])")  # "1//2", "1/"
 NO_COLOR = -1.0
+CURVES = (b"curv", b"curv2", b"surf")
 NOWHERE = 1 << 40  # an index behind all
 # numbers that are read; a vertex with 6 has a colour, one with 4 a weight, which is ignored
 WIDTHS = {
@@ -50,7 +51,7 @@ class Lines:
     """Content read so far.
 
     `tables`: numbers of `v`, `vt` and `vn`, block by block; `indices` (3, C) from 0, -1 for none; `statements`: the number of faces
-    before each `usemtl`, `o`, `g` and `s`, with the name that follows; `broken`: what is wrong with the first face of each kind.
+    before each `usemtl`, `o`, `g` and `s`, with the name that follows; `broken`: what is not drawn, once for each kind.
     """
 
     tables: dict[str, list[Array]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": []})
@@ -205,9 +206,11 @@ def _read_statements(
 ) -> None:
     """Read the statements between elements; `faces` (L,): number of faces before the end of each line."""
     first, starts, ends = lines
-    for number in np.flatnonzero(np.isin(first, np.frombuffer(b"umogs", dtype=np.uint8))).tolist():
+    for number in np.flatnonzero(np.isin(first, np.frombuffer(b"umogsc", dtype=np.uint8))).tolist():
         key, _, rest = block[starts[number] : ends[number]].replace(b"\t", b" ").partition(b" ")
         if key in (b"usemtl", b"o", b"g", b"s"):
             found.statements.append((int(faces[number]), key.decode(), name_of(rest.strip())))
+        elif key in CURVES:
+            found.broken.setdefault("curves", "its curves and surfaces (curv, curv2, surf) are not drawn")
         elif key == b"mtllib":
             found.libraries.append(name_of(rest.strip()))

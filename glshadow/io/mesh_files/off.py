@@ -19,7 +19,7 @@ from glshadow.io.mesh_files.words import COMMENT, Indices, all_numbers, rows, te
 # letters before OFF are vertex attributes: ST texture coordinates, C colour, N normal; 4 and n are other dimensions than three
 HEADER = re.compile(rb"\s*(?:([A-Za-z0-9]*?)OFF(?![A-Za-z])(?:[ \t]+(BINARY)\b)?)?")
 VARIANT = re.compile(rb"(ST)?(C)?(N)?\Z")
-COUNTS = re.compile(rb"\s*(\d{1,18})\s+(\d{1,18})(?:[ \t]+\d+)?")
+COUNTS = re.compile(rb"\s*(\d{1,18})\s+(\d{1,18})(?:[ \t]+\d+)?(?=\s|\Z)")
 WIDEST = 12  # numbers per vertex: position, normal, colour with alpha, texture coordinates
 
 

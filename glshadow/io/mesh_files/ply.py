@@ -29,6 +29,7 @@ COLORS = (
     ("diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"),
     ("r", "g", "b", "a"),
 )
+SPLATS = ("f_dc_0", "f_dc_1", "f_dc_2")
 PICTURE = re.compile(r"comment\s+TextureFile\s+(.+)", re.IGNORECASE)
 SURFACES = ("face", "tristrips")
 """Elements of which a file with triangles has some, even if it is cut off before they begin: its vertices are then no points."""
@@ -62,7 +63,7 @@ def read_ply(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
         rows = [replace(element, fields=tuple(_as_text(field) for field in element.fields)) for element in elements]
         columns = read_elements(values.view(np.uint8), rows, notes, budget)
         for element, name in misread:
-            del columns[element][name]
+            columns[element].pop(name, None)  # gone already if two elements have that name
     else:
         columns = read_elements(np.frombuffer(data, dtype=np.uint8)[found.end() :], elements, notes, budget)
     declared = {element.name: {field.name: field.kind for field in element.fields} for element in elements}
@@ -138,6 +139,11 @@ def _soup(columns: dict[str, Columns], declared: dict[str, dict[str, np.dtype[np
     if isinstance(of_corners, Ragged) and np.array_equal(of_corners.counts, 2 * counts):
         soup.uv = Table(of_corners.values.reshape(-1, 2).astype(np.float64), np.arange(len(corners)))
     _add_strips(soup, *_lists(columns.get("tristrips", {})))
+    splats = _stacked(vertex, SPLATS)
+    if splats is not None and soup.colors is None:
+        notes.append("its Gaussian splats are drawn as points of their base colours")
+        base = np.clip(np.nan_to_num(0.5 + splats / np.sqrt(4.0 * np.pi)), 0.0, 1.0)  # spherical harmonics of degree 0
+        soup.colors = srgb_colors(base, "its splats", notes)
     ends = _stacked(columns.get("edge", {}), ("vertex1", "vertex2"))
     if ends is not None and np.isfinite(ends).all():
         soup.loose.append(Loose(segments=ends.astype(np.int64)))
