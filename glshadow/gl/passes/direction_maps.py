@@ -24,7 +24,7 @@ from glshadow.gl.scene.geometry import GpuScene
 from glshadow.lights import Light
 from glshadow.shadows.filters import Filter
 
-_SMALL = 16.0  # texels: longer edges are left to the rasteriser, whose cost is that of a draw for each map
+_SMALL = 8.0  # texels: longer edges are left to the rasteriser, whose cost is that of a draw for each map
 _TOGETHER = 8  # directions: pass/direction_maps.comp
 _GROUP, _GROUPS = 64, 65535
 _CLOCKWISE, _COUNTERCLOCKWISE = 1 << 31, 1 << 30
