@@ -64,7 +64,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
         clear_outputs(context, frame.targets, look.linear_background, look.background is None)
         shares = shares_of(frame, lights, look)
         used = [each.technique.finalize(each.used) for each in lights if each.used]
-        if not every_sample(frame):
+        if not every_sample(frame, lights):
             for share in shares:
                 resolve(frame, share)
     if frame.targets.samples > 1:

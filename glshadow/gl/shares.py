@@ -14,19 +14,10 @@ from glshadow.gl.techniques.technique import Technique, open_receiver
 from glshadow.lights import DirectionalLight
 
 
-def every_sample(frame: FrameContext) -> bool:
-    """Whether all samples of all surfaces are shaded, and no pixel as a whole."""
-    return frame.targets.samples > 1 and frame.scene.capsules > 0
-
-
-def _every(receiver: Receiver) -> Receiver:
-    """The receiver of a frame of which every sample is shaded: balls and tubes have no edges to mark."""
-    return replace(receiver, marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
-
-
-def _marked(frame: FrameContext, technique: Technique) -> Receiver:
-    """The receiver of a multisampled frame."""
-    return _every(technique.receiver(frame)) if every_sample(frame) else technique.marking_receiver(frame)
+def every_sample(frame: FrameContext, lights: Sequence[LightPass]) -> bool:
+    """Whether all samples of all surfaces are shaded, and no pixel as a whole: where a light cannot mark the shadows of balls and tubes."""
+    several = frame.targets.samples > 1 and frame.scene.capsules > 0
+    return several and not all(each.technique.marks_capsules for each in lights)
 
 
 def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
@@ -34,12 +25,16 @@ def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> t
     shown = (look.tone, look.white, look.scale)
     if not lights:
         dark = DirectionalLight(intensity=0.0)
-        receiver = open_receiver(frame, dark)
-        receiver = _every(receiver) if every_sample(frame) else receiver
-        return (Share(dark, receiver, 0, 1, look.ambient, look.linear_background, None, *shown),)
-    several = frame.targets.samples > 1
+        return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background, None, *shown),)
+    several, every = frame.targets.samples > 1, every_sample(frame, lights)
+
+    def receiver(technique: Technique) -> Receiver:
+        if every:
+            return replace(technique.receiver(frame), marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+        return technique.marking_receiver(frame) if several else technique.receiver(frame)
+
     return tuple(
-        Share(each.light, _marked(frame, each.technique) if several else each.technique.receiver(frame),
+        Share(each.light, receiver(each.technique),
               each.number, len(lights), look.ambient, look.linear_background, each.tint, *shown)
         for each in lights
     )  # fmt: skip

@@ -70,11 +70,13 @@ Footprint capsule_footprint(Capsule c) { // in the face's frame, z backward
     return f;
 }
 
+const uint CAPSULE_LINK = 0xffffffffu; // in place of a mask
+
 void insert_capsule(uint item, Capsule c) {
     for (int face = 0; face < FACES; face++) {
         mat3 turned = face_from_lv(face);
         Capsule seen = Capsule(turned * c.a, turned * c.b, c.radius);
         if (!near_window(seen.a, seen.b, seen.b, 1.01 * seen.radius)) continue;
-        insert(item, 0u, face, capsule_footprint(seen));
+        insert(item, CAPSULE_LINK, face, capsule_footprint(seen));
     }
 }

@@ -39,6 +39,7 @@ void main() {
     if (triangle >= u_part.y) return;
     Facet own = facet(int(triangle));
     uint flags = traits_of(triangle).x;
+    if ((flags & ROUND) != 0u) return;
     int seen = side(own.normal, own.a);
     if (!casts(own, seen, flags)) return;
     if ((flags & CUT_OUT) != 0u) {

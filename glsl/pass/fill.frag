@@ -22,6 +22,10 @@
 #ifndef GLS_EMITS
 #define GLS_EMITS 0
 #endif
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes; all their samples are shaded
+#endif
+#include "lib/capsule.glsl"
 #include "lib/camera_rays.glsl"
 #include "lib/surface_number.glsl"
 #ifndef GLS_OCTAHEDRAL
@@ -81,7 +85,7 @@ bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset, out f
     float pixel = abs(along) * length(u_up_l);
 #endif
     off = abs(dot(plane.xyz, eye + ray * along) - plane.w) / pixel;
-    bool same = off <= MOST_OFF; // false where it is no number
+    bool same = off <= MOST_OFF && !(GLS_CAPSULES > 0 && is_capsule(there.x)); // false where it is no number
     same = same && abs(dot(normal, shading_normal(other, there))) >= SAME_NORMAL;
 #if GLS_COLORS == 1
     same = same && texelFetch(u_owners, triangle_of(own.r)).r == texelFetch(u_owners, triangle_of(other.r)).r;
@@ -115,10 +119,12 @@ void main() {
     ivec2 seen = middle;
     vec4 plane = vec4(0.0);
     vec3 normal = vec3(0.0);
-    int once = differing != 0u ? 1 : 0; // loops, because llvmpipe skips nothing else
+    int once = differing != 0u || GLS_CAPSULES > 0 && own.r != 0u ? 1 : 0; // loops, because llvmpipe skips nothing else
     for (int i = 0; i < once; i++) {
         plane = texelFetch(u_planes, max(triangle_of(own.r), 0));
         normal = shading_normal(own, plane);
+        mixed = GLS_CAPSULES > 0 && own.r != 0u && is_capsule(plane.x);
+        differing = mixed ? 0u : differing;
     }
     while (differing != 0u) { // one triangle after another
         int sample_ = findLSB(differing), q = sample_ / 4, k = sample_ % 4;

@@ -341,6 +341,9 @@ void main() {
 #if GLS_PER_SAMPLE
     cosine = seen ? cosine : 0.0; // skips the shadow
 #endif
+#if GLS_CAPSULES && GLS_MARKS
+    cosine = texelFetch(u_mixed, pixel, 0).r == MIXED ? 0.0 : cosine; // its samples are shaded one by one
+#endif
     float facing = cosine; // > 0: the surface faces the light
 #if GLS_ROUNDED && !GLS_WIDE
     // A map compares with the triangle's plane, or with that of the smooth surface where the triangle faces away below the point; the

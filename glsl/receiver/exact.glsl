@@ -143,6 +143,9 @@ bool folds_before(Facet own, Facet other) {
 #include "exact/edges.glsl"
 
 bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
+#if GLS_CAPSULES
+    if (capsules_in(pixel)) return true;
+#endif
     return edge_in(pixel, cosine > 0.0);
 }
 #endif

@@ -261,6 +261,7 @@ def _resolve() -> Iterator[Variant]:
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**tint, "GLS_TINT_LAYERS": 4})
         for parallel in (0, 1):
             yield Variant("pass/transmittance.frag", "core330", {}, {**tint, "GLS_ORTHO": parallel})
+            yield Variant("pass/tinted.frag", "core430", {}, {**tint, "GLS_ORTHO": parallel})
     for textured, colored in _PAINTS:
         painted: dict[str, int | str] = {"GLS_TEXTURED": textured, "GLS_COLORED": colored}
         yield Variant("pass/translucent.vert", "core330", {}, painted)

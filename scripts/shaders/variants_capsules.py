@@ -30,7 +30,9 @@ def capsules() -> Iterator[Variant]:
         for double in (0, 1):
             lists = {key: value for key, value in exact.items() if key != "GLS_HUGE"}
             yield Variant("pass/lists.comp", "core430", {}, {**lists, "GLS_DOUBLE": double})
-        for dialect, more in product(("core330", "core400"), ({}, PER_SAMPLE)):
+        for parallel in (0, 1):
+            yield Variant("pass/fill.frag", "core400", {}, {**scene, "GLS_ORTHO": parallel})
+        for dialect, more in product(("core330", "core400"), ({}, PER_SAMPLE, {"GLS_MARKS": 1})):
             yield Variant("pass/resolve.frag", dialect, exact_slots(kind), {**exact, **more})
             alone = {**exact, "GLS_ALONE": 1, "GLS_ROUNDED": capsule - 1, "GLS_HUGE": capsule - 1, **more}
             yield Variant("pass/resolve.frag", dialect, exact_slots(kind), alone)

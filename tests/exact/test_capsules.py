@@ -7,6 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.derive.lists import MOST_DOUBLINGS
+from glshadow.gl.passes.samples import Samples
 from glshadow.gl.techniques import listed
 from tests.exact.capsule_rays import Elements, elements_of, entry, visible
 
@@ -232,6 +233,34 @@ def test_finer_lists_change_no_bit(renderer: gs.Renderer, monkeypatch: pytest.Mo
     assert cells[0] < cells[1] < cells[2]
     assert all(np.array_equal(found[0].visibility, each.visibility, equal_nan=True) for each in found[1:])
     assert 0.05 < (found[0].visibility == 0.0).mean() < 0.95
+
+
+@pytest.mark.parametrize("kind", ["directional", "spot", "point"])
+def test_pixels_that_are_shaded_once_have_the_visibility_of_all_samples(
+    renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """Thin tubes and small balls, whose shadows pass between the middles of pixels."""
+    rng = np.random.default_rng(6)
+    nodes = [
+        gs.Node(gs.Points(rng.uniform(-1.0, 1.0, (40, 3)) + UP, 10.0 ** rng.uniform(-2.5, -0.7, 40))),
+        gs.Node(gs.Lines(rng.uniform(-1.0, 1.0, (9, 3)) + UP, radius=0.003)),
+        gs.Node(gs.Mesh(rng.uniform(-1.5, 1.5, (18, 3)) + UP, np.arange(18).reshape(6, 3))),
+    ]
+    scene = gs.Scene([*nodes, _ground()], camera=gs.PerspectiveCamera((4.0, 3.0, 5.0), (0.0, 0.6, 0.0)))
+    collect, counts = Samples._collect, []
+    monkeypatch.setattr(Samples, "_collect", lambda *given: counts.append(collect(*given)) or counts[-1])
+    found = []
+    for once in (True, False):
+        monkeypatch.setattr(listed.Listed, "marks_capsules", once)
+        found.append(
+            renderer.render(scene, lights=[_light(kind)], size=(200, 150), samples=4, outputs=("visibility", "linear"))
+        )
+    assert counts[0] < 0.6 * counts[1]
+    assert np.array_equal(found[0].visibility, found[1].visibility, equal_nan=True)
+    between = (found[0].visibility > 0.0) & (found[0].visibility < 1.0)
+    assert between.sum() > 300
+    # a flat surface is shaded at one place instead of four, between which the angle of a light with a position and its cone change
+    assert np.abs(found[0].linear - found[1].linear).mean() < 2e-3
 
 
 def test_every_ball_of_a_large_cloud_has_its_number(renderer: gs.Renderer) -> None:

@@ -187,3 +187,26 @@ def test_map_is_kept_while_the_camera_moves_and_finer_for_a_closer_one(monkeypat
             del drawn[many:]
     assert len(drawn) == 3, "for the first camera, for the closer one and after it"
     assert drawn[0] == drawn[2] > COARSER * drawn[1]
+
+
+@pytest.mark.parametrize("light", ["sun", "point"])
+def test_edge_of_a_tinted_shadow_is_the_mean_of_its_samples(renderer: gs.Renderer, light: str) -> None:
+    """The edge runs through the middle of a column of pixels; no opaque shadow is near it, and visibility does not know the pane."""
+    edge = -4.0 + 0.05 * 100.5
+    lamp = LIGHTS[light]
+    slope = 0.4 if isinstance(lamp, gs.DirectionalLight) else None
+    height = 0.5
+    if slope is None:  # on the way from the lamp to the edge
+        x, y = lamp.position[0], lamp.position[1]  # type: ignore[attr-defined]
+        slope = (edge - x) / y
+    scene = gs.Scene((ground(), node("pane", RED, edge - slope * height - 1.0, height)))
+    settings = {"ambient": 0.0, "outputs": ("linear", "visibility"), "samples": 4}
+    frame = renderer.render(scene, CAMERA, [lamp], SIZE, **settings)  # type: ignore[arg-type]
+    bare = renderer.render(gs.Scene((ground(),)), CAMERA, [lamp], SIZE, **settings)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(frame.visibility, bare.visibility)
+    share = frame.linear[60, 99:102] / bare.linear[60, 99:102]
+    np.testing.assert_allclose(share[0], through(RED), atol=0.02)
+    np.testing.assert_allclose(
+        share[1], 0.5 + 0.5 * through(RED), atol=0.1
+    )  # a sample lies two texels of the map from the edge
+    np.testing.assert_allclose(share[2], 1.0, atol=0.02)

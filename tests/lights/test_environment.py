@@ -185,10 +185,11 @@ def test_shadow_of_one_texel_is_that_of_a_sun(renderer: gs.Renderer) -> None:
     assert 0.02 < (known.visibility[0][surface] == 0.0).mean() < 0.9
 
 
-def test_each_of_two_suns_alone_lights_the_shadow_of_the_other(renderer: gs.Renderer) -> None:
+@pytest.mark.parametrize("filter", [None, gs.Exact()], ids=["default", "exact"])
+def test_each_of_two_suns_alone_lights_the_shadow_of_the_other(renderer: gs.Renderer, filter: gs.Filter | None) -> None:
     """Exactly its colour: each channel has its own share."""
     rows, texels = 256, {(60, 150): (2e4, 0.0, 0.0), (70, 380): (0.0, 1e4, 3e4)}
-    light = gs.EnvironmentLight(image_of(rows, texels))
+    light = gs.EnvironmentLight(image_of(rows, texels), shadow=gs.Shadow(filter=filter))
     suns = []
     for place, color in texels.items():
         flux = np.array(color) * solid_angles((rows, 2 * rows))[place[0]] / np.pi
@@ -222,10 +223,13 @@ def test_furnace_on_a_ball(renderer: gs.Renderer, smooth: bool) -> None:
         np.testing.assert_allclose(frame.linear[surface], 1.0, atol=error)
 
 
-def test_visibility_is_that_of_the_light_whatever_the_base_colour(renderer: gs.Renderer) -> None:
+@pytest.mark.parametrize("filter", [None, gs.Exact(light_samples=16)], ids=["default", "exact"])
+def test_visibility_is_that_of_the_light_whatever_the_base_colour(
+    renderer: gs.Renderer, filter: gs.Filter | None
+) -> None:
     """Also where all nodes have one colour, which passes then take for a part of the light's."""
     texels = {(60, 150): (2e4, 0.0, 0.0), (70, 380): (0.0, 1e4, 3e4)}
-    light, scene = gs.EnvironmentLight(image_of(256, texels)), block()
+    light, scene = gs.EnvironmentLight(image_of(256, texels), shadow=gs.Shadow(filter=filter)), block()
     seen = []
     for color in ((1.0, 1.0, 1.0, 1.0), (0.9, 0.05, 0.4, 1.0)):
         nodes = tuple(

@@ -16,6 +16,7 @@ from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.per_sample import PerSample
 from glshadow.gl.passes.resolve import Share, colors_of, resolve
 from glshadow.gl.passes.screen import camera_uniforms, draw_over, pixel_axes, surface_textures
+from glshadow.gl.passes.transmittance import tint_program
 
 MOST_SAMPLES = 1 << 23
 """Samples that are shaded together: 128 MiB of sums."""
@@ -65,7 +66,7 @@ class Samples:
             "pass/resolve.vert", "pass/fill.frag", "core400",
             defines={"GLS_ORTHO": int(not camera_view.camera.is_perspective), "GLS_SURFACE": targets.surface.components,
                      "GLS_COLORS": colors_of(scene), "GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1],
-                     **scene.features.defines(scene.channels)},
+                     "GLS_CAPSULES": scene.capsules, **scene.features.defines(scene.channels)},
         )  # fmt: skip
         program.set(**camera, **pixel_axes(camera, self.size))
         fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
@@ -136,7 +137,23 @@ class Samples:
             targets.depth_framebuffer.use()
             draw_over(context, program, frame.camera_view)
             context.ctx.memory_barrier()
+        self._collect_tinted(frame, shares)
         return int(np.frombuffer(self._count.read(), dtype=np.uint32)[0])
+
+    def _collect_tinted(self, frame: FrameContext, shares: Sequence[Share]) -> None:
+        """Collect what translucent casters tint differently within a pixel, unless all pixels are."""
+        targets = frame.targets
+        for share in shares:
+            if share.tint is None or share.receiver.collected.get("GLS_EVERY"):
+                continue
+            program = tint_program(frame, share.light, share.tint, "pass/tinted.frag", "core430", targets.aside)
+            program.set(u_sampled=targets.sampled, u_words=self._requests.height // self.size[1])
+            program.bind(u_surface=targets.surface, u_mixed=targets.mixed, u_camera_depth=(targets.depth, frame.samplers.plain),
+                         u_planes=frame.scene.planes)  # fmt: skip
+            targets.depth_framebuffer.use()
+            draw_over(self._context, program, frame.camera_view)
+            program.unbind()
+            self._context.ctx.memory_barrier()
 
     def _reserve(self, frame: FrameContext, across: int, down: int, wanted: bool) -> None:
         """Allocate buffers for this many blocks; larger ones are kept."""

@@ -1,4 +1,4 @@
-"""The transmittance output: what translucent casters let through of each light at every pixel's centre."""
+"""What translucent casters let through of each light to the image, and the transmittance output, that of every pixel's centre."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.targets import SurfaceTargets, release, released_on_error
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.readback import pixels
@@ -15,6 +16,22 @@ from glshadow.gl.passes.translucent import Tint
 from glshadow.lights import Light
 
 Tinted = Sequence[tuple[Light, Tint | None]]
+
+
+def tint_program(
+    frame: FrameContext, light: Light, tint: Tint, fragment: str, dialect: str, aside: tuple[float, float] = (0.0, 0.0)
+) -> Program:
+    """A pass over the image that samples a light's translucent casters. `aside`: see `camera_uniforms`."""
+    scene, view = frame.scene, frame.camera_view
+    world = light.frame((), scene.origin)
+    axes, offset = world[:3, :3], world[:3, 3] + world[:3, :3] @ scene.origin
+    program = frame.programs.get(
+        "pass/resolve.vert", fragment, dialect,
+        defines={"GLS_ORTHO": int(not view.camera.is_perspective), "GLS_AT_INFINITY": int(light.at_infinity), **tint.defines},
+    )  # fmt: skip
+    program.set(**camera_uniforms(scene, view, axes, offset, aside), **tint.uniforms(axes, offset, scene.origin))
+    program.bind(u_tint=tint.texture)
+    return program
 
 
 def read_transmittance(frame: FrameContext, surface: SurfaceTargets, lights: Tinted) -> NDArray[np.float32]:
@@ -42,15 +59,10 @@ def read_transmittance(frame: FrameContext, surface: SurfaceTargets, lights: Tin
     for plane, (light, tint) in zip(found, lights, strict=True):
         if tint is None:
             continue
-        world = light.frame((), scene.origin)
-        axes, offset = world[:3, :3], world[:3, 3] + world[:3, :3] @ scene.origin
-        program = frame.programs.get(
-            "pass/resolve.vert", "pass/transmittance.frag",
-            defines={"GLS_ORTHO": int(not view.camera.is_perspective), "GLS_AT_INFINITY": int(light.at_infinity), **tint.defines},
-        )  # fmt: skip
-        program.set(**camera_uniforms(scene, view, axes, offset), **tint.uniforms(axes, offset, scene.origin))
-        program.bind(u_surface=surface.surface, u_camera_depth=(surface.depth, frame.samplers.plain), u_planes=scene.planes,
-                     u_tint=tint.texture)  # fmt: skip
+        program = tint_program(frame, light, tint, "pass/transmittance.frag", "core330")
+        program.bind(
+            u_surface=surface.surface, u_camera_depth=(surface.depth, frame.samplers.plain), u_planes=scene.planes
+        )
         framebuffer.use()
         draw_over(frame.context, program, view)
         program.unbind()

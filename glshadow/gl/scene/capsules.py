@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
+from glshadow.geometry.adjacency import NONE
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32F
@@ -65,6 +66,7 @@ class _NoShape(Shape):
     def __init__(self, mesh: Capsules) -> None:
         self._parts = (mesh.positions, mesh.ends, mesh.radius)
         self.origin, self.closed = np.zeros(3), False
+        self.neighbours = np.broadcast_to(np.uint32(NONE), (mesh.count, 3))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _NoShape) and all(a is b for a, b in zip(self._parts, other._parts, strict=True))

@@ -174,8 +174,10 @@ class GpuMesh:
         self.texture: moderngl.Texture | None = None
         pixels = _WHITE if material.texture is None else material.texture
         self._pixels, self._sampler = pixels if self.textured else None, material.sampler
+        masked = material.alpha_mode is AlphaMode.MASK and material.cutoff > 0.0
+        self._cut = masked or material.alpha_mode is AlphaMode.BLEND
         if self._pixels is not None:  # first, since the driver may refuse it
-            self.texture = textures.take(self._pixels, self._sampler, True, "a base colour texture")
+            self.texture = textures.take(self._pixels, self._sampler, True, "a base colour texture", self._cut)
         self.transmission: moderngl.Texture | None = None
         self._mapped = material.transmission_map if self.textured and material.transmission > 0.0 else None
         if self._mapped is not None:
@@ -242,7 +244,7 @@ class GpuMesh:
         self._shapes.give_back(*self._key)
         self.paint.release()
         if self._pixels is not None:
-            self._textures.give_back(self._pixels, self._sampler, True)
+            self._textures.give_back(self._pixels, self._sampler, True, self._cut)
         if self._mapped is not None:
             self._textures.give_back(self._mapped, self._sampler, False)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from glshadow.errors import warn
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.shared import Shared
+from glshadow.gl.scene.extended import extended
 from glshadow.gl.scene.shrunk import shrunk
 from glshadow.lights.reflection import albedo_table
 from glshadow.scene.texture import CLAMP, LINEAR, MINIFY, MIRROR, NEAREST, REPEAT, Sampler
@@ -34,11 +35,12 @@ class _Kind:
 
     filtering: tuple[str, str, str, str]
     srgb: bool
+    cut: bool
 
 
 @cache
-def _kind(filtering: tuple[str, str, str, str], srgb: bool) -> _Kind:
-    return _Kind(filtering, srgb)
+def _kind(filtering: tuple[str, str, str, str], srgb: bool, cut: bool) -> _Kind:
+    return _Kind(filtering, srgb, cut)
 
 
 class Textures:
@@ -48,17 +50,22 @@ class Textures:
         self._context = context
         self._shared: Shared[moderngl.Texture] = Shared()
 
-    def take(self, pixels: NDArray[np.uint8], sampler: Sampler, srgb: bool, what: str) -> moderngl.Texture:
-        """The texture of these pixels, read as linear light if they are `srgb`; each `take` needs one `give_back`."""
-        kind = _kind(sampler.filtering, srgb)
+    def take(
+        self, pixels: NDArray[np.uint8], sampler: Sampler, srgb: bool, what: str, cut: bool = False
+    ) -> moderngl.Texture:
+        """The texture of these pixels, read as linear light if they are `srgb`; each `take` needs one `give_back`.
+
+        `cut`: nothing is seen where alpha is 0, and the colours there are those of its surroundings.
+        """
+        kind = _kind(sampler.filtering, srgb, cut)
         return self._shared.take(lambda: self._made(pixels, kind, what), pixels, kind)
 
-    def give_back(self, pixels: NDArray[np.uint8], sampler: Sampler, srgb: bool) -> None:
+    def give_back(self, pixels: NDArray[np.uint8], sampler: Sampler, srgb: bool, cut: bool = False) -> None:
         """Drop one user."""
-        self._shared.give_back(pixels, _kind(sampler.filtering, srgb))
+        self._shared.give_back(pixels, _kind(sampler.filtering, srgb, cut))
 
     def _made(self, pixels: NDArray[np.uint8], kind: _Kind, what: str) -> moderngl.Texture:
-        texture = color_texture(self._context, pixels, what, kind.srgb)
+        texture = color_texture(self._context, extended(pixels) if kind.cut else pixels, what, kind.srgb)
         *wraps, magnify, minify = kind.filtering
         texture.filter = (_FILTERS[minify], _FILTERS[magnify])
         if kind.filtering[:2] != (REPEAT, REPEAT):

@@ -41,6 +41,8 @@ _LONGEST = 60000  # links in a receiver's list: llvmpipe ends loops after 65,536
 class Area(Listed):
     """One area light's triangle lists, the lists grown by its size, and the count of its sample points that each pixel sees."""
 
+    marks_capsules = False
+
     def __init__(self, context: GLContext) -> None:
         super().__init__(context)
         self.grown = Grown(context)

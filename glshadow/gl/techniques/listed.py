@@ -42,6 +42,8 @@ from glshadow.lights import Light
 from glshadow.scene.capsules import Capsules
 from glshadow.shadows.shadow import Faces, ResolvedShadow
 
+_EVERYWHERE = (-1e9, -1e9, 1e9, 1e9)
+
 
 class Listed(Technique):
     """One light's triangle lists and what they were built for.
@@ -56,6 +58,8 @@ class Listed(Technique):
         How often they were built.
     """
 
+    marks_capsules = True
+
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._key: tuple[Hashable, ...] | None = None
@@ -65,6 +69,7 @@ class Listed(Technique):
         self._edges = Edges(context)
         self._values: dict[str, Any] = {}  # uniforms of the pass for an area light
         self.grid: ListGrid
+        self._capsule_cells = _EVERYWHERE
         self.masked = False
         self.builds = 0
 
@@ -111,6 +116,7 @@ class Listed(Technique):
                 )
             halvings += 1
         self.masked = scene.world.masks is not None
+        self._capsule_cells = _cells_around(self.grid, scene.corners[scene.round & casting].reshape(-1, 3))
         self._key = key
         self.builds += 1
         return True
@@ -169,6 +175,7 @@ class Listed(Technique):
             return replace(receiver, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
         return replace(
             receiver,
+            uniforms={**receiver.uniforms, "u_capsule_cells": self._capsule_cells},
             textures={**receiver.textures, **self._edges.textures},
             marks={"GLS_MARKS": 1, **self._edges.defines},
             collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self._turns_unlisted(frame.scene))},
@@ -202,6 +209,21 @@ def _capsules(scene: GpuScene, casting: NDArray[np.bool_], corners: Array) -> tu
         count += mesh.count
         total += mesh.count * float(radii_of(mesh, scene.world_from_mesh[node]).mean())
     return count, 2.0 * total / max(count, 1) / max(float(np.ptp(corners, axis=0).max()), 1e-300)
+
+
+def _cells_around(grid: ListGrid, corners: Array) -> tuple[float, float, float, float]:
+    """Least and greatest fine cell, as floats, around what has these corners (K, 3), a cell more on each side."""
+    if grid.projection == "cube" or len(corners) == 0:
+        return _EVERYWHERE
+    local = corners @ grid.view_from_world[:3, :3].T + grid.view_from_world[:3, 3]
+    if grid.projection == "perspective":
+        if (local[:, 2] >= 0.0).any():
+            return _EVERYWHERE
+        local = local / -local[:, 2:]
+    x, y, z, w = grid.cells_from_window
+    places = local[:, :2] * (x, y) + (z, w)
+    low, high = np.clip([places.min(axis=0) - 1.0, places.max(axis=0) + 1.0], -1e9, 1e9)
+    return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
 
 def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:

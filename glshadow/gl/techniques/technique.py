@@ -22,6 +22,9 @@ class Technique:
     A subclass is instantiated once per light and context. It keeps what it drew until its inputs change.
     """
 
+    marks_capsules = False
+    """Whether its marking receiver also marks pixels whose samples see shadows of balls and tubes differently."""
+
     def __init__(self, context: GLContext) -> None:
         self.light: Light
 
