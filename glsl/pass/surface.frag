@@ -282,9 +282,17 @@ bool exists(out uvec4 surface, out uint emission) { // false: discarded by the a
 #endif
 #if GLS_PEEL
     vec3 tint = color.rgb;
+    float transmission = u_transmission;
+#if GLS_TRANSMISSION_MAP
+    transmission *= texture(u_transmission_map, v_uv).r;
+#endif
 #endif
 #if GLS_EMISSION == 3
+#if GLS_PEEL // what is transmitted is not emitted either
+    emission = pack_emission(color.rgb * (1.0 - transmission));
+#else
     emission = pack_emission(color.rgb);
+#endif
     color.rgb = vec3(0.0);
 #elif GLS_EMISSION == 2
     emission = pack_emission(u_emitted * map_at(u_emission_map, u_emission_map_place, u_emission_map_offset).rgb);
@@ -292,10 +300,6 @@ bool exists(out uvec4 surface, out uint emission) { // false: discarded by the a
     emission = pack_emission(u_emitted);
 #endif
 #if GLS_PEEL
-    float transmission = u_transmission;
-#if GLS_TRANSMISSION_MAP
-    transmission *= texture(u_transmission_map, v_uv).r;
-#endif
     kept = kept_of(vec4(tint, color.a), transmission);
     if (kept.a <= 0.0) return false;
     color.rgb *= 1.0 - transmission; // what is transmitted is not scattered

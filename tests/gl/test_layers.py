@@ -351,6 +351,13 @@ def test_transmission(renderer: gs.Renderer, mode: gs.AlphaMode) -> None:
     assert lit.visibility[0, 32, 32] == 1.0
 
 
+@pytest.mark.parametrize("unlit", [False, True])
+def test_what_is_transmitted_is_neither_scattered_nor_emitted(renderer: gs.Renderer, unlit: bool) -> None:
+    solid = pane((*COLORS[0][:3], 1.0), 1.0, unlit=unlit, transmission=0.25, alpha_mode=gs.AlphaMode.OPAQUE)
+    frame = plain(renderer, [ground(), solid])
+    np.testing.assert_allclose(frame.linear[32, 32], COLORS[0][:3], rtol=5e-3)  # before white; RGB9E5
+
+
 def test_transmission_map(renderer: gs.Renderer) -> None:
     image = np.full((1, 8, 4), 255, dtype=np.uint8)
     image[:, :4, 0] = 0

@@ -14,6 +14,7 @@ from pathlib import Path
 from glshadow import DirectionalLight, EnvironmentLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.shadows.filters import (
     BabylonEsm,
+    DirectionMaps,
     Disc,
     EdgePcf,
     Esm,
@@ -132,6 +133,14 @@ ELSEWHERE: tuple[Elsewhere, ...] = (
         PASS,
         "tests/exact/test_area_lights.py: 1, and 1/2 beside a wall",
         (SkyLight,),
+    ),
+    Elsewhere(
+        31,
+        "sky over a floor and in a corner",
+        "DirectionMaps",
+        PASS,
+        "tests/gl/test_directions.py: the twin, and mean error below 0.006 of rays; no steps of a direction",
+        (DirectionMaps,),
     ),
     Elsewhere(
         31,

@@ -24,7 +24,7 @@ from glshadow.gl.scene.geometry import GpuScene
 from glshadow.lights import Light
 from glshadow.shadows.filters import Filter
 
-_SMALL = 4.0  # texels: longer edges are left to the rasteriser
+_SMALL = 8.0  # texels: longer edges are left to the rasteriser, whose cost is that of a draw for each map
 _TOGETHER = 8  # directions: pass/direction_maps.comp
 _GROUP, _GROUPS = 64, 65535
 _CLOCKWISE, _COUNTERCLOCKWISE = 1 << 31, 1 << 30
@@ -136,9 +136,11 @@ class DirectionAtlas:
         world = np.eye(4)
         world[:3, 3] = scene.origin
         atlas.framebuffer.use()
+        begin_view(context, atlas, found.views[0], settings, None)
+        if cleared:
+            atlas.framebuffer.clear(depth=found.views[0].clip.clear_depth, viewport=(0, 0, *found.size))
         for view in found.views:
-            begin_view(context, atlas, view, settings, view.clip.clear_depth if cleared else None)
-            ctx.disable(moderngl.CULL_FACE)
+            atlas.framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
             program.set(u_clip_from_mesh=view.clip_from_world @ world)
             array.render(moderngl.TRIANGLES)
         array.release()

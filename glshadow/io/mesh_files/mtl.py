@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.io.imported import cut, of_mtl, reflectance
-from glshadow.io.mesh_files.beside import Beside
+from glshadow.io.mesh_files.beside import LONGEST, Beside
 from glshadow.io.mesh_files.soup import Part
 from glshadow.io.mesh_files.words import name_of, text_of, without_mark
 from glshadow.scene.mesh import MOST, Material
@@ -81,7 +81,8 @@ class Library:
         if len(self.files) > MOST_LIBRARIES:
             return
         spaced = [name.replace("\\ ", " ") for name in UNESCAPED.split(statement, MOST_LIBRARIES + 1)]
-        ways = [statement], spaced, WITH_SUFFIX.findall(statement)[: MOST_LIBRARIES + 1]
+        suffixed = WITH_SUFFIX.findall(statement) if len(statement) <= LONGEST else []  # takes the square of the length
+        ways = [statement], spaced, suffixed[: MOST_LIBRARIES + 1]
         names = next((names for names in ways if any(self.beside.has(name) for name in names)), [statement])
         for name in names:
             if name in self.files or len(self.files) > MOST_LIBRARIES:
