@@ -34,7 +34,7 @@ class EnvironmentLight(DomeLight):
 
     Parameters
     ----------
-    image : EnvironmentMap, or what it takes: a file (.hdr, .exr, ...) or (H, W, 3) numbers, linear
+    image : EnvironmentMap, or what it takes: a file (.hdr, .exr, ...) or (H, W, 3) numbers, linear, or sRGB if uint8 or uint16
         Rows from the zenith down, its centre column towards -z.
     turn : float
         Degrees by which it is turned about the vertical, counterclockwise as seen from above. -90: its centre is towards +x, as that of

@@ -25,6 +25,7 @@ from glshadow.core.equirectangular import (
 from glshadow.core.sample_patterns import GOLDEN_ANGLE, GOLDEN_SHARE, square
 from glshadow.core.setting import Settings, numbers_in, refuse, setting
 from glshadow.core.spaces import Array
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SettingsError
 from glshadow.lights.environment_reflection import LEVELS, filtered
 from glshadow.lights.light import BRIGHTEST_RADIANCE
@@ -64,13 +65,15 @@ def _radiance(name: str, value: Any) -> NDArray[np.float32]:
 
 
 def _rows_of(name: str, value: Any) -> Iterator[NDArray[Any]]:
-    """The rows of an image given as numbers, some at a time."""
+    """The rows of an image given as numbers, some at a time: uint8 and uint16 as in files, sRGB; all others linear."""
     array = numbers_in(value)
     if array is None or array.ndim != 3 or array.shape[2] not in (3, 4) or not array.size:
         raise refuse(name, _ALLOWED, value)
     step = max(_TOGETHER // array.shape[1], 1)
     for first in range(0, len(array), step):
-        yield array[first : first + step, :, :3]
+        part = array[first : first + step, :, :3]
+        encoded = array.dtype in (np.uint8, np.uint16)
+        yield linear_from_srgb(part / np.iinfo(array.dtype).max) if encoded else part
 
 
 def _checked(name: str, rows: NDArray[Any]) -> NDArray[np.float32]:

@@ -385,6 +385,9 @@ def test_formats_of_files(tmp_path: Path) -> None:
         np.testing.assert_allclose(gs.EnvironmentMap(tmp_path / name).radiance, image, atol=close)
     write(tmp_path / "c.png", np.full((4, 8), 188, dtype=np.uint8))
     np.testing.assert_allclose(gs.EnvironmentMap(tmp_path / "c.png").radiance, 0.5029, atol=1e-4)
+    for array in (np.full((4, 8, 3), 188, dtype=np.uint8), np.full((4, 8, 4), 188 * 257, dtype=np.uint16)):
+        np.testing.assert_allclose(gs.EnvironmentMap(array).radiance, 0.5029, atol=1e-4)
+    assert (gs.EnvironmentMap(np.full((4, 8, 3), 188)).radiance == 188.0).all()
 
 
 def test_large_map_is_reduced(tmp_path: Path) -> None:
