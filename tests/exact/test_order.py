@@ -20,6 +20,7 @@ from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
+from ..pairwise import mostly
 from .test_casters import CAMERA, ground, leaf, leaves, placed
 
 SIZE = (96, 64)
@@ -229,7 +230,7 @@ def test_point_light_without_lists_changes_no_other_light(scene: Scene, refuse: 
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-@pytest.mark.parametrize("name", list(SIZED))
+@pytest.mark.parametrize("name", mostly(SIZED, "lamp"))
 def test_area_light_without_lists_is_sampled_point_by_point(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

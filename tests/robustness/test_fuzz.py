@@ -10,7 +10,7 @@ import glshadow as gs
 from ..pace import pace
 from . import mutated_files, random_settings, verdict
 
-FILES = 200
+FILES = 100
 SETTINGS = 40  # ten seconds if the driver has cached no shader: nearly every case has some of its own
 SEED = 20260101
 SLOWEST_S = 10.0  # of processor time of an idle core: a hang

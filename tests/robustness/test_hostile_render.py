@@ -40,13 +40,13 @@ def test_library_and_command_agree(models, renderer, name, tmp_path):
     path = models / "hostile" / name
 
     def work():
-        scene = gs.load(path)
+        scene = gs.load(path, look="plain")
         verdict.checked_render(renderer, scene, None, verdict.small_maps(scene.lights), (48, 48))
 
     out = tmp_path / "out.png"
     with at_most(10.0), np.errstate(all="warn", under="ignore"), warnings.catch_warnings():
         result = verdict.judged(work)
-        done = CliRunner().invoke(main, ["render", str(path), "-o", str(out), *SMALL, "--json"])
+        done = CliRunner().invoke(main, ["render", str(path), "-o", str(out), *SMALL, "--look", "plain", "--json"])
     assert result.kind != verdict.FAIL, f"{result.cause}\n{result.detail}"
     assert "Traceback" not in done.stderr
     assert done.exception is None or isinstance(done.exception, SystemExit)

@@ -275,8 +275,7 @@ def test_ctrl_c_during_a_frame_leaves_a_working_renderer(expected):
 @pytest.mark.parametrize(
     ("warm", "stride"),
     [
-        (False, 4999),
-        (True, 3001),
+        (True, 4999),
         *(pytest.param(*each, marks=pytest.mark.exhaustive) for each in ((False, 1999), (True, 701))),
     ],
 )

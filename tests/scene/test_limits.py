@@ -29,7 +29,7 @@ MEMORY = 1_400_000_000
 
 LIKE_OTHERS = (
     "6,000 nodes of 1,000 triangles", "1e5 GPU instances in one place", "20,000 materials of 1,000 triangles", "PNG of 8192 x 8192",
-    "PNG of 16384 x 16384",
+    "PNG of 16384 x 16384", "20,000 materials", "50 PNGs of 4096 x 4096", "a primitive 20,000 times", "a chain of 1e5 nodes",
 )  # fmt: skip
 
 

@@ -36,7 +36,7 @@ def square(folder: Path, material: dict[str, Any], **attributes: Any) -> Glb:
 
 
 def loaded(folder: Path, material: dict[str, Any], **attributes: Any) -> gs.Mesh:
-    return gs.load(square(folder, material, **attributes).save(folder / "square.glb")).nodes[0].mesh
+    return gs.load(square(folder, material, **attributes).save(folder / "square.glb"), look="plain").nodes[0].mesh
 
 
 def textured(**info: Any) -> dict[str, Any]:
@@ -197,7 +197,7 @@ def test_material_that_is_not_there_is_the_default_one(tmp_path: Path) -> None:
     glb = square(tmp_path, {})
     glb.json["meshes"][0]["primitives"][0]["material"] = 3
     with pytest.warns(gs.GlshadowWarning, match=r"refers to materials\[3\].*: drawn with the default material"):
-        assert gs.load(glb.save(tmp_path / "a.glb")).nodes[0].mesh.material is WHITE
+        assert gs.load(glb.save(tmp_path / "a.glb"), look="plain").nodes[0].mesh.material is WHITE
 
 
 @pytest.mark.parametrize(
