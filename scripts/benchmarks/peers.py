@@ -60,7 +60,9 @@ def glshadow_rows(stack: ExitStack, scene: gs.Scene, sun: gs.DirectionalLight) -
             return renderer.render(scene, None, [light], SIZE, outputs=("image",), samples=samples)
 
         def visibility() -> NDArray[np.float32]:
-            frame = renderer.render(scene, None, [replace(sun, shadow=shadow)], SIZE, outputs=("visibility",))
+            frame = renderer.render(
+                scene, None, [replace(sun, shadow=shadow)], SIZE, outputs=("visibility",), samples=samples
+            )
             return frame.visibility[0]
 
         scored_one = visibility if samples == 1 else None  # the reference has one sample
@@ -85,10 +87,13 @@ def floor_row(renderer: gs.Renderer, floor: Floor, scene: gs.Scene, sun: gs.Dire
 
 def embree_row(scene: gs.Scene, sun: gs.DirectionalLight) -> Row:
     def draw(k: int) -> gs.Truth:
-        return gs.trace(scene, None, [turned(sun, k)], SIZE)
+        return gs.trace(scene, None, [turned(sun, k)], SIZE, samples=1)
 
     return Row(
-        "Embree, one ray a pixel (gs.trace)", draw, None, lambda: gs.trace(scene, None, [sun], SIZE).visibility[0]
+        "Embree, one ray a pixel (gs.trace)",
+        draw,
+        None,
+        lambda: gs.trace(scene, None, [sun], SIZE, samples=1).visibility[0],
     )
 
 
@@ -223,7 +228,7 @@ def main(repeats: int, processor_time: bool, output: Path | None) -> None:
     scene = gs.scenes.courtyard()
     sun = scene.lights[0]
     assert isinstance(sun, gs.DirectionalLight)
-    truth = RememberedTruth.of(gs.trace(scene, None, [sun], SIZE))
+    truth = RememberedTruth.of(gs.trace(scene, None, [sun], SIZE, samples=1))
     missing: dict[str, str] = {}
     with ExitStack() as stack:
         renderer = stack.enter_context(gs.Renderer())
