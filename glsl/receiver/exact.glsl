@@ -153,6 +153,11 @@ bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     Ray ray;
     ray.bound = receiver_bound(position_lv);
+#if GLS_AT_INFINITY
+    const bool faces = true;
+#else
+    bool faces = abs(dot(normal_lv, position_lv)) > ray.bound; // else the light, at the origin, is in the plane: rounding would decide
+#endif
     position_lv += normal_lv * (cosine < GRAZING ? ray.bound : 0.0); // above its neighbourhood as moved by rounding
     ray.position = position_lv;
     float face = 0.0, depth = -position_lv.z;
@@ -176,6 +181,6 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #elif !GLS_AT_INFINITY
     inside = inside && depth > 0.0;
 #endif
-    return blocked(ray, cell, face, depth, inside && cosine > 0.0) ? 0.0 : 1.0;
+    return faces && !blocked(ray, cell, face, depth, inside && cosine > 0.0) ? 1.0 : 0.0;
 }
 #endif
