@@ -1,4 +1,4 @@
-"""sRGB's transfer curve, IEC 61966-2-1. GLSL twin: glsl/lib/srgb.glsl"""
+"""sRGB's transfer curve, IEC 61966-2-1, and the luminance of its primaries. GLSL twin: glsl/lib/srgb.glsl"""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.spaces import Array
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+"""Of linear red, green and blue: ITU-R BT.709."""
 
 
 def linear_from_srgb(value: ArrayLike) -> Array:

@@ -52,7 +52,7 @@ def neutral(linear: ArrayLike) -> Array:
 
 
 def displayed(light: ArrayLike, background: Array | None, scale: float = 1.0, tone: str = "none") -> Array:
-    """Linear values for a display of linear light: what is seen is scaled and tone mapped, the background stays as it is.
+    """Linear values for a display of linear light: surfaces are scaled and tone mapped, the background is unchanged.
 
     Parameters
     ----------

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from glshadow.core.spaces import Array
+from glshadow.core.srgb import LUMINANCE
 from glshadow.lights import Light
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # ITU-R BT.709
 
 
 def light_level(lights: Sequence[Light], points: Array, normals: Array) -> float:

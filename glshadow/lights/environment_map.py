@@ -25,13 +25,12 @@ from glshadow.core.equirectangular import (
 from glshadow.core.sample_patterns import GOLDEN_ANGLE, GOLDEN_SHARE, square
 from glshadow.core.setting import Settings, numbers_in, refuse, setting
 from glshadow.core.spaces import Array
-from glshadow.core.srgb import linear_from_srgb
+from glshadow.core.srgb import LUMINANCE, linear_from_srgb
 from glshadow.errors import SettingsError
 from glshadow.lights.environment_reflection import LEVELS, filtered
 from glshadow.lights.light import BRIGHTEST_RADIANCE
 from glshadow.lights.table import LightTable
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # ITU-R BT.709
 MOST_ROWS, MOST_COLUMNS = 512, 1024
 """A map is reduced to this size: a texel is then 0.35 degrees, less than the sun."""
 ROWS, COLUMNS = 128, 256

@@ -1,4 +1,4 @@
-"""Frames a model by what is seen of it: its projected hull fills the image, and is centred in it."""
+"""Frames a model: its projected hull fills the image and is centred in it."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from glshadow.scene.nodes import Node, Scene
 
 _SECONDS = number(unit="s")
-VANISHED = 1e-9  # scale of what is drawn for a scale of 0 where a scene has nothing else
+VANISHED = 1e-9  # scale of nodes that stand for those of scale 0, if a scene has no others
 
 
 @dataclass(frozen=True, eq=False)

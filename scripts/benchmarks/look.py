@@ -18,12 +18,11 @@ import numpy as np
 from frame import MODELS, models_in
 
 import glshadow as gs
-from glshadow.core.srgb import linear_from_srgb
+from glshadow.core.srgb import LUMINANCE, linear_from_srgb
 from glshadow.scenes import shapes
 
 SIZE = (640, 360)
 LOOKS = ("plain", "studio")
-WEIGHTS = np.array([0.2126, 0.7152, 0.0722])  # ITU-R BT.709
 
 
 def _lathe(profile: Any, sides: int = 96) -> gs.Mesh:
@@ -107,7 +106,7 @@ def row(renderer: gs.Renderer, scene: gs.Scene) -> dict[str, Any]:
     first = time.process_time() - start
     grounds = [i for i, node in enumerate(scene.nodes) if node.ground]
     model = (frame.node >= 0) & ~np.isin(frame.node, grounds)
-    light = linear_from_srgb(frame.image / 255.0) @ WEIGHTS
+    light = linear_from_srgb(frame.image / 255.0) @ LUMINANCE
     rows, columns = np.nonzero(model)
     fill = max(np.ptp(columns) + 1, (np.ptp(rows) + 1) * SIZE[0] / SIZE[1]) / SIZE[0]
     ground = light[np.isin(frame.node, grounds)]

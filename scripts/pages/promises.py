@@ -19,8 +19,8 @@ def blocks(results: Mapping[str, Numbers]) -> Blocks:
         "promises": f"""\
 - **Exact hard shadows by default.** Shadow rays are tested against the scene's triangles on the GPU: no texel, no bias, no epsilon.
   On the courtyard {exact} % of the valid pixels are wrong, with a 2048 map {mapped} % (`scripts/bench accuracy`). [How](docs/exact.md)
-- **About as fast as a shadow map.** Over {speed["models"]} real models the default frame takes {over_map:.2f} of the time of one with
-  a 2048 map and `Pcf(1)`, in the median (`scripts/bench frame`). [Speed](docs/speed.md)
+- **About as fast as a shadow map.** Over {speed["models"]} real models under one hard light
+  a frame takes {over_map:.2f} of the time with a 2048 map and `Pcf(1)`, in the median (`scripts/bench frame`). [Speed](docs/speed.md)
 - **Watertight.** Of {rays["asked"]:,d} rays aimed at edges and vertices of closed meshes {rays["wrong"]} pass through
   (`scripts/bench watertight`). [How results are checked](docs/how_checked.md)"""
     }

@@ -1,4 +1,4 @@
-"""Colours under alpha 0, which filters and mip levels mix into the edges of what is seen: those of the texels around them."""
+"""Colours of texels of alpha 0, which filters and mip levels blend into visible edges: those of the texels around them."""
 
 from __future__ import annotations
 

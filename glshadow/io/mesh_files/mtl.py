@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
+from glshadow.core.srgb import LUMINANCE
 from glshadow.io.imported import cut, of_mtl, reflectance
 from glshadow.io.mesh_files.beside import LONGEST, Beside
 from glshadow.io.mesh_files.soup import Part
@@ -47,7 +48,6 @@ MAPS = {
 }
 SHOWN = {"map_ke": "map_Ke", "map_bump": "map_Bump"}
 CHANNELS = "rgbm"  # of -imfchan: m is the matte channel, alpha
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # Rec. 709
 REPEATED, CLAMPED = Sampler(), Sampler((CLAMP, CLAMP))
 
 
@@ -263,7 +263,7 @@ def _scalar(picture: NDArray[np.uint8], options: str) -> NDArray[np.uint8]:
         return np.ascontiguousarray(picture[..., CHANNELS.index(channel)])
     if channel != "l" and (picture[..., 3] < 255).any():
         return np.ascontiguousarray(picture[..., 3])
-    luminance: NDArray[np.uint8] = np.rint(picture[..., :3] @ np.array(LUMINANCE)).astype(np.uint8)
+    luminance: NDArray[np.uint8] = np.rint(picture[..., :3] @ LUMINANCE).astype(np.uint8)
     return luminance
 
 
