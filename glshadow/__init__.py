@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from glshadow.renderer import Renderer
     from glshadow.scoring.flip import Flip, flip
     from glshadow.shadows.view import ShadowView
+    from glshadow.solar.path import SunPath, sun
     from glshadow.ui.compare import Compared, Comparison, compare
     from glshadow.ui.explore import Explorer, explore
     from glshadow.ui.window import show
@@ -93,6 +94,7 @@ _LAZY = {
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
     "ShadowView": "glshadow.shadows.view",
+    "SunPath": "glshadow.solar.path",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
     "compare": "glshadow.ui.compare",
@@ -104,6 +106,7 @@ _LAZY = {
     "render": "glshadow.once",
     "render_distorted": "glshadow.distorted",
     "show": "glshadow.ui.window",
+    "sun": "glshadow.solar.path",
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
@@ -195,6 +198,7 @@ __all__ = [
     "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
+    "SunPath",
     "Target",
     "Texture",
     "Truth",
@@ -218,6 +222,7 @@ __all__ = [
     "shaders",
     "show",
     "study",
+    "sun",
     "trace",
     "video",
 ]  # fmt: skip
