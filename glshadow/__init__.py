@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
-    from glshadow.once import render
+    from glshadow.once import render, visibility
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
@@ -108,6 +108,7 @@ _LAZY = {
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
     "trace": "glshadow.reference.trace",
+    "visibility": "glshadow.once",
 }
 _MODULES = {
     "batch": "glshadow.batch",
@@ -225,5 +226,6 @@ __all__ = [
     "sun",
     "trace",
     "video",
+    "visibility",
 ]  # fmt: skip
 __all__ += _filters.__all__
