@@ -16,6 +16,7 @@ from glshadow.core.outputs import NAMES, checked_outputs
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.core.setting import instance, optional, shown
 from glshadow.core.tone import Exposure
+from glshadow.derive.backdrop import place_before
 from glshadow.derive.look import OWN_BACKGROUND, Ambient, look_of
 from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected
 from glshadow.frame import Frame
@@ -159,7 +160,9 @@ class Renderer:
         """
         if self._context.released:
             raise GlshadowError("this renderer was released: make a new one")
-        request = frame_request(scene, camera, lights, size, outputs, ambient, background, samples, exposure, tone)
+        sky = scene.defaults.sky if isinstance(scene, Scene) and isinstance(background, str) else None
+        behind = None if sky and background == OWN_BACKGROUND else background
+        request = frame_request(scene, camera, lights, size, outputs, ambient, behind, samples, exposure, tone)
         budget = Budget(max_wrong=max_wrong, max_ms=max_ms)
         if budget.given:
 
@@ -198,6 +201,8 @@ class Renderer:
                     self._start_over()
                 if self._cache is not None:
                     self._cache.rest()
+        if sky:
+            place_before(sky, request.camera, drawn.outputs)
         return Frame(scene=scene, camera=request.camera, lights=request.lights, size=request.size, near=drawn.near, far=drawn.far,
                      used=drawn.used, outputs=drawn.outputs, samples=request.look.samples, exposure=request.look.ev,
                      tone=request.look.tone)  # fmt: skip
