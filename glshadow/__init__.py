@@ -68,6 +68,8 @@ if TYPE_CHECKING:
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
     from glshadow.once import render
+    from glshadow.outlines.outline import shadow_outline
+    from glshadow.outlines.result import ShadowOutline
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
@@ -92,6 +94,7 @@ _LAZY = {
     "Renderer": "glshadow.renderer",
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
+    "ShadowOutline": "glshadow.outlines.result",
     "ShadowView": "glshadow.shadows.view",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
@@ -103,6 +106,7 @@ _LAZY = {
     "read_colmap": "glshadow.io.colmap",
     "render": "glshadow.once",
     "render_distorted": "glshadow.distorted",
+    "shadow_outline": "glshadow.outlines.outline",
     "show": "glshadow.ui.window",
     "trace": "glshadow.reference.trace",
 }
@@ -191,6 +195,7 @@ __all__ = [
     "ShaderError",
     "Shadow",
     "ShadowMap",
+    "ShadowOutline",
     "ShadowView",
     "SkyLight",
     "SlopeScaledBias",
@@ -216,6 +221,7 @@ __all__ = [
     "render_distorted",
     "scenes",
     "shaders",
+    "shadow_outline",
     "show",
     "study",
     "trace",
