@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from glshadow.renderer import Renderer
     from glshadow.scoring.flip import Flip, flip
     from glshadow.shadows.view import ShadowView
+    from glshadow.solar.path import SunPath, sun
     from glshadow.ui.compare import Compared, Comparison, compare
     from glshadow.ui.explore import Explorer, explore
     from glshadow.ui.window import show
@@ -96,6 +97,7 @@ _LAZY = {
     "ShadowMap": "glshadow.gl.foreign.shaders",
     "ShadowOutline": "glshadow.outlines.result",
     "ShadowView": "glshadow.shadows.view",
+    "SunPath": "glshadow.solar.path",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
     "compare": "glshadow.ui.compare",
@@ -108,6 +110,7 @@ _LAZY = {
     "render_distorted": "glshadow.distorted",
     "shadow_outline": "glshadow.outlines.outline",
     "show": "glshadow.ui.window",
+    "sun": "glshadow.solar.path",
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
@@ -200,6 +203,7 @@ __all__ = [
     "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
+    "SunPath",
     "Target",
     "Texture",
     "Truth",
@@ -224,6 +228,7 @@ __all__ = [
     "shadow_outline",
     "show",
     "study",
+    "sun",
     "trace",
     "video",
 ]  # fmt: skip

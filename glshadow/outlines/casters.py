@@ -54,10 +54,8 @@ def casters_of(scene: Scene, chosen: list[int], origin: Array) -> list[Caster]:
             cut.append(node.name)
         found.append(caster_of(node, origin))
     if cut:
-        warn(
-            f"cut-out materials (MASK) count with their whole triangles in an outline: {', '.join(map(repr, cut[:3]))}{', ...' if len(cut) > 3 else ''}",
-            stacklevel=4,
-        )
+        names = ", ".join(map(repr, cut[:3])) + ", ..." * (len(cut) > 3)
+        warn(f"cut-out materials (MASK) count with their whole triangles in an outline: {names}", stacklevel=4)
     return found
 
 
