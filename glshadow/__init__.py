@@ -70,12 +70,16 @@ if TYPE_CHECKING:
     from glshadow.once import render
     from glshadow.outlines.outline import shadow_outline
     from glshadow.outlines.result import ShadowOutline
+    from glshadow.reference.blockers import Blockers, blockers
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
     from glshadow.scoring.flip import Flip, flip
     from glshadow.shadows.view import ShadowView
     from glshadow.solar.path import SunPath, sun
+    from glshadow.training.coco import to_coco
+    from glshadow.training.masks import ShadowMasks, shadow_masks
+    from glshadow.training.pairs import ShadowPair, shadow_pair
     from glshadow.ui.compare import Compared, Comparison, compare
     from glshadow.ui.explore import Explorer, explore
     from glshadow.ui.window import show
@@ -93,13 +97,17 @@ _LAZY = {
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
     "Renderer": "glshadow.renderer",
+    "Blockers": "glshadow.reference.blockers",
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
+    "ShadowMasks": "glshadow.training.masks",
     "ShadowOutline": "glshadow.outlines.result",
+    "ShadowPair": "glshadow.training.pairs",
     "ShadowView": "glshadow.shadows.view",
     "SunPath": "glshadow.solar.path",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
+    "blockers": "glshadow.reference.blockers",
     "compare": "glshadow.ui.compare",
     "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
@@ -108,9 +116,12 @@ _LAZY = {
     "read_colmap": "glshadow.io.colmap",
     "render": "glshadow.once",
     "render_distorted": "glshadow.distorted",
+    "shadow_masks": "glshadow.training.masks",
     "shadow_outline": "glshadow.outlines.outline",
+    "shadow_pair": "glshadow.training.pairs",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "to_coco": "glshadow.training.coco",
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
@@ -142,6 +153,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "AlphaMode",
     "Bias",
+    "Blockers",
     "BrownDistortion",
     "Camera",
     "Cascades",
@@ -198,7 +210,9 @@ __all__ = [
     "ShaderError",
     "Shadow",
     "ShadowMap",
+    "ShadowMasks",
     "ShadowOutline",
+    "ShadowPair",
     "ShadowView",
     "SkyLight",
     "SlopeScaledBias",
@@ -211,6 +225,7 @@ __all__ = [
     "ViewFit",
     "__version__",
     "batch",
+    "blockers",
     "compare",
     "explore",
     "export_page",
@@ -225,10 +240,13 @@ __all__ = [
     "render_distorted",
     "scenes",
     "shaders",
+    "shadow_masks",
     "shadow_outline",
+    "shadow_pair",
     "show",
     "study",
     "sun",
+    "to_coco",
     "trace",
     "video",
 ]  # fmt: skip
