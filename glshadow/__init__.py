@@ -74,6 +74,9 @@ if TYPE_CHECKING:
     from glshadow.scoring.flip import Flip, flip
     from glshadow.shadows.view import ShadowView
     from glshadow.solar.path import SunPath, sun
+    from glshadow.terrain.dem import Dem
+    from glshadow.terrain.geotiff import read_dem
+    from glshadow.terrain.shadow import TerrainRaster, terrain_horizon, terrain_shadow
     from glshadow.ui.compare import Compared, Comparison, compare
     from glshadow.ui.explore import Explorer, explore
     from glshadow.ui.window import show
@@ -86,6 +89,7 @@ _LAZY = {
     "ColmapImage": "glshadow.io.colmap",
     "Compared": "glshadow.ui.compare",
     "Comparison": "glshadow.ui.compare",
+    "Dem": "glshadow.terrain.dem",
     "Explorer": "glshadow.ui.explore",
     "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
@@ -95,6 +99,7 @@ _LAZY = {
     "ShadowMap": "glshadow.gl.foreign.shaders",
     "ShadowView": "glshadow.shadows.view",
     "SunPath": "glshadow.solar.path",
+    "TerrainRaster": "glshadow.terrain.shadow",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
     "compare": "glshadow.ui.compare",
@@ -103,10 +108,13 @@ _LAZY = {
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
     "read_colmap": "glshadow.io.colmap",
+    "read_dem": "glshadow.terrain.geotiff",
     "render": "glshadow.once",
     "render_distorted": "glshadow.distorted",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "terrain_horizon": "glshadow.terrain.shadow",
+    "terrain_shadow": "glshadow.terrain.shadow",
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
@@ -150,6 +158,7 @@ __all__ = [
     "ConstantBias",
     "ContextError",
     "Cookie",
+    "Dem",
     "DirectionalLight",
     "Distortion",
     "EnvironmentLight",
@@ -200,6 +209,7 @@ __all__ = [
     "SpotLight",
     "SunPath",
     "Target",
+    "TerrainRaster",
     "Texture",
     "Truth",
     "Used",
@@ -216,6 +226,7 @@ __all__ = [
     "orbit",
     "overlay",
     "read_colmap",
+    "read_dem",
     "render",
     "render_distorted",
     "scenes",
@@ -223,6 +234,8 @@ __all__ = [
     "show",
     "study",
     "sun",
+    "terrain_horizon",
+    "terrain_shadow",
     "trace",
     "video",
 ]  # fmt: skip
