@@ -68,6 +68,8 @@ if TYPE_CHECKING:
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
     from glshadow.once import render
+    from glshadow.outlines.outline import shadow_outline
+    from glshadow.outlines.result import ShadowOutline
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
@@ -97,6 +99,7 @@ _LAZY = {
     "Renderer": "glshadow.renderer",
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
+    "ShadowOutline": "glshadow.outlines.result",
     "ShadowView": "glshadow.shadows.view",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
@@ -111,6 +114,7 @@ _LAZY = {
     "read_dem": "glshadow.terrain.geotiff",
     "render": "glshadow.once",
     "render_distorted": "glshadow.distorted",
+    "shadow_outline": "glshadow.outlines.outline",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
     "terrain_horizon": "glshadow.terrain.shadow",
@@ -203,6 +207,7 @@ __all__ = [
     "ShaderError",
     "Shadow",
     "ShadowMap",
+    "ShadowOutline",
     "ShadowView",
     "SkyLight",
     "SlopeScaledBias",
@@ -231,6 +236,7 @@ __all__ = [
     "render_distorted",
     "scenes",
     "shaders",
+    "shadow_outline",
     "show",
     "study",
     "sun",

@@ -54,10 +54,11 @@ def load(
     Parameters
     ----------
     source : path, bytes, file object, (vertices, faces), another library's object, Scene, or meshes and nodes
-        One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off, and elevation models as GeoTIFF (.tif,
-        extra `terrain`) with x east, y up and z south. Objects: Dem, trimesh.Trimesh, trimesh.Scene,
-        pyrender.Scene and Mesh, PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed, matrices are composed
-        in float64, and nodes with the same geometry share one Mesh. Shading normals are used if the source has them; otherwise shading is flat, see `smooth`.
+        One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off, and elevation models as GeoTIFF
+        (.tif, extra `terrain`) with x east, y up and z south. Objects: Dem, trimesh.Trimesh, trimesh.Scene, pyrender.Scene and Mesh,
+        PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed, matrices are composed in float64, and
+        nodes with the same geometry share one Mesh. Shading normals are used if the source has them; otherwise shading is flat, see
+        `smooth`.
     ground : bool or "catcher"
         Put a plane under the model to receive its shadow, see `Scene.with_ground`; "catcher": a shadow catcher, which shows only the
         shadow, see `Node`.
