@@ -77,6 +77,9 @@ if TYPE_CHECKING:
     from glshadow.scoring.flip import Flip, flip
     from glshadow.shadows.view import ShadowView
     from glshadow.solar.path import SunPath, sun
+    from glshadow.terrain.dem import Dem
+    from glshadow.terrain.geotiff import read_dem
+    from glshadow.terrain.shadow import TerrainRaster, terrain_horizon, terrain_shadow
     from glshadow.training.coco import to_coco
     from glshadow.training.masks import ShadowMasks, shadow_masks
     from glshadow.training.pairs import ShadowPair, shadow_pair
@@ -92,6 +95,7 @@ _LAZY = {
     "ColmapImage": "glshadow.io.colmap",
     "Compared": "glshadow.ui.compare",
     "Comparison": "glshadow.ui.compare",
+    "Dem": "glshadow.terrain.dem",
     "Explorer": "glshadow.ui.explore",
     "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
@@ -105,6 +109,7 @@ _LAZY = {
     "ShadowPair": "glshadow.training.pairs",
     "ShadowView": "glshadow.shadows.view",
     "SunPath": "glshadow.solar.path",
+    "TerrainRaster": "glshadow.terrain.shadow",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
     "blockers": "glshadow.reference.blockers",
@@ -114,6 +119,7 @@ _LAZY = {
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
     "read_colmap": "glshadow.io.colmap",
+    "read_dem": "glshadow.terrain.geotiff",
     "render": "glshadow.once",
     "render_distorted": "glshadow.distorted",
     "shadow_masks": "glshadow.training.masks",
@@ -121,6 +127,8 @@ _LAZY = {
     "shadow_pair": "glshadow.training.pairs",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "terrain_horizon": "glshadow.terrain.shadow",
+    "terrain_shadow": "glshadow.terrain.shadow",
     "to_coco": "glshadow.training.coco",
     "trace": "glshadow.reference.trace",
 }
@@ -166,6 +174,7 @@ __all__ = [
     "ConstantBias",
     "ContextError",
     "Cookie",
+    "Dem",
     "DirectionalLight",
     "Distortion",
     "EnvironmentLight",
@@ -219,6 +228,7 @@ __all__ = [
     "SpotLight",
     "SunPath",
     "Target",
+    "TerrainRaster",
     "Texture",
     "Truth",
     "Used",
@@ -236,6 +246,7 @@ __all__ = [
     "orbit",
     "overlay",
     "read_colmap",
+    "read_dem",
     "render",
     "render_distorted",
     "scenes",
@@ -246,6 +257,8 @@ __all__ = [
     "show",
     "study",
     "sun",
+    "terrain_horizon",
+    "terrain_shadow",
     "to_coco",
     "trace",
     "video",
