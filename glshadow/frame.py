@@ -166,6 +166,18 @@ class Frame:
         return self._array("position", np.float64)
 
     @property
+    def blocker(self) -> NDArray[np.int32]:
+        """(lights, H, W) node that keeps each light's centre from the pixel's centre: the one nearest to the surface, -1: lit, or no
+        surface. A surface that faces away from the light has its own node. By rays on the CPU, see `blockers`."""
+        return self._array("blocker", np.int32)
+
+    @property
+    def blocker_distance(self) -> NDArray[np.float32]:
+        """(lights, H, W) world units from the surface to that node along the ray: infinite where lit, 0 where the surface faces away, NaN
+        where there is no surface."""
+        return self._array("blocker_distance", np.float32)
+
+    @property
     def shadow_maps(self) -> ShadowMaps:
         """Per light its views (V, R, R) as stored (window depth, or metric), row 0 at v = 1. Notebooks display them."""
         return ShadowMaps(self._output("shadow_maps"))

@@ -25,6 +25,7 @@ from glshadow.gl.driver.context import Backend, backend_of, open_context
 from glshadow.gl.resources import ResourceCache
 from glshadow.lights import Light, Lights
 from glshadow.scene.nodes import Scene
+from glshadow.traced import drawn_part, with_traced
 
 T = TypeVar("T")
 
@@ -137,7 +138,8 @@ class Renderer:
         background : (3,) floats, "look" or None
             sRGB, each in 0..1; "look": that of the scene's look, see `load`; None: transparent.
         outputs : str or sequence of str
-            Outputs to read back: names of properties of `Frame`, or "all".
+            Outputs to read back: names of properties of `Frame`, or "all" for those that the GPU draws: not `blocker` and
+            `blocker_distance`, which need embreex.
         samples : int
             Samples per pixel in a grid: 1, 4, 8 or 16. Image, linear and alpha are their mean in linear light, visibility the mean of those
             that see a surface; all other outputs are those of the pixel's centre. A pixel is shaded once if all its samples see one smooth
@@ -179,7 +181,7 @@ class Renderer:
             try:
                 if self._cache is None:  # the last frame was interrupted
                     self._cache = ResourceCache(self._context)
-                drawn = draw_frame(self._cache, request)
+                drawn = draw_frame(self._cache, drawn_part(request))
             except (GlshadowError, GlshadowWarning):
                 self._context.recover()
                 raise
@@ -204,7 +206,7 @@ class Renderer:
         if sky:
             place_before(sky, request.camera, drawn.outputs)
         return Frame(scene=scene, camera=request.camera, lights=request.lights, size=request.size, near=drawn.near, far=drawn.far,
-                     used=drawn.used, outputs=drawn.outputs, samples=request.look.samples, exposure=request.look.ev,
+                     used=drawn.used, outputs=with_traced(request, drawn.outputs), samples=request.look.samples, exposure=request.look.ev,
                      tone=request.look.tone)  # fmt: skip
 
     def sequence(

@@ -144,7 +144,7 @@ def command(
 ) -> None:
     """Render MODEL with shadows; without MODEL, the built-in courtyard.
 
-    MODEL is a .glb .gltf .obj .ply .stl or .off file. No option is needed: camera, light, bias, formats and what the
+    MODEL is a .glb .gltf .obj .ply .stl .off or .tif file. No option is needed: camera, light, bias, formats and what the
     shadow map covers are derived. Without -o the image is written as MODEL's name with .png, in the current folder.
     """  # fmt: skip
     with Work(as_json, debug) as work:
