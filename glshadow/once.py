@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from glshadow.arguments import DEFAULT_SIZE, as_scene
 from glshadow.core.cameras import Camera
+from glshadow.core.outputs import holds_arrays
 from glshadow.core.setting import optional
 from glshadow.frame import Frame
 from glshadow.image import frame_path
@@ -24,7 +25,7 @@ def render(
     lights: Lights = None,
     size: tuple[int, int] = DEFAULT_SIZE,
     path: str | PathLike[str] | None = None,
-    ground: bool | str = False,
+    ground: bool | str | None = None,
     look: str | None = None,
     **options: Unpack[RenderOptions],
 ) -> Frame:
@@ -38,13 +39,17 @@ def render(
         As for Renderer.render.
     path : optional
         Also save the image here. The suffix and the folder are checked before anything is rendered.
-    ground : bool or "catcher"
+    ground : bool, "catcher" or None
+        None: as None of `glshadow.load`, for the image alone, that is unless `outputs` are given, the background is transparent or `path`
+        is a file of arrays. A Scene stays as it is.
     look : {None, "studio", "plain", "outdoor"}
         As for `glshadow.load`.
     **options
         Further arguments of Renderer.render.
     """
     target = optional(frame_path, "not saved")("path", path)
+    if ground is None and (holds_arrays(target) or "outputs" in options or options.get("background", "look") is None):
+        ground = False
     scene = as_scene(scene, ground, look)
     with Renderer() as renderer:
         frame = renderer.render(scene, camera, lights, size, **options)

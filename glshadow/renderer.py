@@ -17,6 +17,7 @@ from glshadow.core.outputs import NAMES, checked_outputs
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.core.setting import shown
 from glshadow.core.tone import Exposure
+from glshadow.derive.backdrop import place_before
 from glshadow.derive.look import OWN_BACKGROUND, Ambient, look_of
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
@@ -27,6 +28,7 @@ from glshadow.lifetime import Lifetime
 from glshadow.lights import Light, Lights
 from glshadow.point_arguments import Progress, point_request
 from glshadow.scene.nodes import Scene
+from glshadow.traced import drawn_part, with_traced
 
 T = TypeVar("T")
 
@@ -103,7 +105,8 @@ class Renderer(Lifetime):
         background : (3,) floats, "look" or None
             sRGB, each in 0..1; "look": that of the scene's look, see `load`; None: transparent.
         outputs : str or sequence of str
-            Outputs to read back: names of properties of `Frame`, or "all".
+            Outputs to read back: names of properties of `Frame`, or "all" for those that the GPU draws: not `blocker` and
+            `blocker_distance`, which need embreex.
         samples : int
             Samples per pixel in a grid: 1, 4, 8 or 16. Image, linear and alpha are their mean in linear light, visibility the mean of those
             that see a surface; all other outputs are those of the pixel's centre. A pixel is shaded once if all its samples see one smooth
@@ -125,7 +128,9 @@ class Renderer(Lifetime):
             Named errors; never a blank image.
         """
         self._check_alive()
-        request = frame_request(scene, camera, lights, size, outputs, ambient, background, samples, exposure, tone)
+        sky = scene.defaults.sky if isinstance(scene, Scene) and isinstance(background, str) else None
+        behind = None if sky and background == OWN_BACKGROUND else background
+        request = frame_request(scene, camera, lights, size, outputs, ambient, behind, samples, exposure, tone)
         budget = Budget(max_wrong=max_wrong, max_ms=max_ms)
         if budget.given:
 
@@ -143,9 +148,11 @@ class Renderer(Lifetime):
             f"{', '.join(sorted(request.outputs))}; use a smaller image"
         )
         with self._drawing(request, no_memory) as cache:
-            drawn = draw_frame(cache, request)
+            drawn = draw_frame(cache, drawn_part(request))
+        if sky:
+            place_before(sky, request.camera, drawn.outputs)
         return Frame(scene=scene, camera=request.camera, lights=request.lights, size=request.size, near=drawn.near, far=drawn.far,
-                     used=drawn.used, outputs=drawn.outputs, samples=request.look.samples, exposure=request.look.ev,
+                     used=drawn.used, outputs=with_traced(request, drawn.outputs), samples=request.look.samples, exposure=request.look.ev,
                      tone=request.look.tone)  # fmt: skip
 
     def visibility(

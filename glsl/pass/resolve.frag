@@ -507,10 +507,13 @@ void main() {
 #else
     vec3 light = ambient + radiance * (max(lambert, 0.0) * arriving.w * share);
 #endif
+#if GLS_CATCHES
+    vec3 untinted = v_radiance * cookie_at(position); // what translucent casters take away is shadow too
+#endif
 #if GLS_CATCHES && GLS_PER_CHANNEL
-    vec3 unshadowed = ambient + radiance * irradiance;
+    vec3 unshadowed = ambient + untinted * irradiance;
 #elif GLS_CATCHES
-    vec3 unshadowed = ambient + radiance * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
+    vec3 unshadowed = ambient + untinted * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
 #endif
 #if GLS_VISIBILITY
 #if GLS_PER_SAMPLE

@@ -74,8 +74,9 @@ def points() -> Iterator[Variant]:
         for stage, between in enumerate(("silhouettes", "region", "found")):
             settings = {
                 **exact_defines(kind.projection, 512, 16, bool(rounded)),
-                **alone,
                 **selective,
+                "GLS_POINTS": given,
+                "GLS_ROUNDED": rounded,
                 "GLS_STAGE": stage,
                 "GLS_AREA": int(stage > 0),
             }
