@@ -39,7 +39,7 @@ class Counts:
         size, whose = (
             (frame.targets.depth.size, frame.targets.identity)
             if per_sample is None
-            else (per_sample.framebuffer.size, -1)
+            else (per_sample.size, -1)
         )
         shape = (size, whose, components, dtype, textures)
         if self._shape != shape:
