@@ -108,11 +108,18 @@ def test_a_frame_depends_on_its_arguments_alone(renderer: gs.Renderer) -> None:
         return renderer.render(scene, camera, [light], size, outputs="image", samples=samples).image
 
     first = frame((120, 90), 4)
-    for size, samples, camera in (((121, 91), 4, other), ((64, 48), 1, None), ((120, 90), 1, other), ((120, 90), 16, None)):
+    for size, samples, camera in (
+        ((121, 91), 4, other),
+        ((64, 48), 1, None),
+        ((120, 90), 1, other),
+        ((120, 90), 16, None),
+    ):
         frame(size, samples, camera)
     np.testing.assert_array_equal(frame((120, 90), 4), first)
     with gs.Renderer() as fresh:
-        np.testing.assert_array_equal(fresh.render(scene, None, [light], (120, 90), outputs="image", samples=4).image, first)
+        np.testing.assert_array_equal(
+            fresh.render(scene, None, [light], (120, 90), outputs="image", samples=4).image, first
+        )
 
 
 def test_it_is_named_in_what_was_used(renderer: gs.Renderer) -> None:

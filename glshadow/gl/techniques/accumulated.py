@@ -154,5 +154,7 @@ def undithered(filter_: Filter) -> tuple[str, ...]:
     """The fallbacks of a filter that dithers or interpolates, whose sample points are rendered one after another."""
     asked = {"no dither": filter_.dithers, "not interpolated": filter_.interpolates}
     return tuple(
-        f"{what}: the light's points are sampled one after another, each for all pixels" for what, so in asked.items() if so
+        f"{what}: the light's points are sampled one after another, each for all pixels"
+        for what, so in asked.items()
+        if so
     )

@@ -1,4 +1,4 @@
-"""Counts of an area light's visible points that are interpolated between pixels on the same surface; lists of the texels where that fails."""
+"""Counts of an area light's visible points, interpolated between pixels on the same surface, and lists of the texels where that fails."""
 
 from __future__ import annotations
 
