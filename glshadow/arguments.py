@@ -10,13 +10,13 @@ import numpy as np
 
 from glshadow.core.cameras import Camera
 from glshadow.core.outputs import checked_outputs
-from glshadow.core.setting import instance, optional, refuse, several, shown, whole
+from glshadow.core.setting import as_int, instance, optional, refuse, several, shown, whole
 from glshadow.core.tone import Exposure
 from glshadow.derive.exposure import light_level
 from glshadow.derive.look import Look, look_of
 from glshadow.errors import SceneError
 from glshadow.lights import Light, Lights, as_lights
-from glshadow.scene.nodes import Scene
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scene.sampled import surface_samples
 
 DEFAULT_SIZE = (1280, 720)
@@ -87,12 +87,12 @@ def _level(scene: Scene, lights: tuple[Light, ...]) -> float:
     return light_level(lights, *surface_samples(rest or scene))
 
 
-def as_scene(source: Any, ground: bool | str = False, look: str | None = None, usual: str = "studio") -> Scene:
+def as_scene(source: Any, ground: bool | str | None = False, look: str | None = None, usual: str = "studio") -> Scene:
     """A scene itself, so that its cached data stays valid; anything else is converted by `load`. Optionally adds ground and look of `load`.
 
     `usual`: the look, if none is given, of a source that has none and no lights; other than "studio" only without ground and look.
     """
-    if isinstance(source, Scene) and ground is False and look is None:
+    if isinstance(source, Scene) and not ground and look is None:
         return source
     from glshadow.io.limits import Budget
     from glshadow.io.load import load, read_scene  # slow to import
@@ -125,6 +125,35 @@ def checked_scene(scene: Scene) -> Scene:
     if not isinstance(scene, Scene):
         raise SceneError(f"a glshadow.Scene is needed (see glshadow.load), got {shown(scene)}")
     return scene
+
+
+def chosen_nodes(name: str, scene: Scene, of: Any) -> list[int]:
+    """Indices of nodes: a node, its name or its index, or a sequence of these; None: all nodes.
+
+    Raises
+    ------
+    SettingsError
+        For what is not a node of the scene.
+    """
+    if of is None:
+        return list(range(len(scene.nodes)))
+    given = list(of) if isinstance(of, list | tuple | np.ndarray | range | set | frozenset) else [of]
+    return sorted({_index_of(name, scene, each) for each in given})
+
+
+def _index_of(name: str, scene: Scene, node: Any) -> int:
+    if isinstance(node, Node):
+        for index, each in enumerate(scene.nodes):
+            if each is node:
+                return index
+        node = node.name if node.name in scene.places else node
+    if isinstance(node, str) and node in scene.places:
+        return scene.places[node]
+    number = as_int(node)
+    if number is not None and 0 <= number < len(scene.nodes):
+        return number
+    names = ", ".join(repr(each.name) for each in scene.nodes[:6]) + (", ..." if len(scene.nodes) > 6 else "")
+    raise refuse(name, f"nodes of the scene, their names or indices from 0 to {len(scene.nodes) - 1} ({names})", node)
 
 
 def pixels(name: str, value: Any) -> tuple[int, int]:

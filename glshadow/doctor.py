@@ -36,6 +36,7 @@ PACKAGES = {  # package -> the extra that installs it, None if glshadow requires
     "pyrender": "pyrender",
     "ipywidgets": "notebook",
     "distributed": "dask",
+    "shapely": "outline",
 }
 
 # A probe takes half a second; a broken display connection may never answer.

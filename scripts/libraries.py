@@ -16,6 +16,7 @@ from pathlib import Path
 
 PACKAGES = {  # library -> its Debian package
     "libatomic.so.1": "libatomic1",
+    "libexpat.so.1": "libexpat1",
     "libgcc_s.so.1": "libgcc-s1",
     "libstdc++.so.6": "libstdc++6",
     "libz.so.1": "zlib1g",

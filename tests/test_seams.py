@@ -32,6 +32,7 @@ KINDS = {kind.spelling for kind in LIGHTS} | {"directional", "panel", "lamp"}
 # Places that may name kinds of lights in strings: (file, reason).
 NAMED = {
     "io/gltf/read.py": "the words of KHR_lights_punctual",
+    "__init__.py": "the function gs.sun",
 }
 
 # Places that may test for a class: (file, class), with the reason.

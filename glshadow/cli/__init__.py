@@ -30,7 +30,7 @@ def main() -> None:
 
     \b
     glshadow render                             the built-in courtyard into courtyard.png
-    glshadow render model.glb -o model.png      any .glb .gltf .obj .ply .stl .off
+    glshadow render model.glb -o model.png      any .glb .gltf .obj .ply .stl .off .tif
     glshadow measure model.glb                  its shadows against a traced reference
     glshadow study model.glb -o folder          speed and error of many settings, as an HTML page
     glshadow plan model.glb --wrong 0.1%        the cheapest settings for that error

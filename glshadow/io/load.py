@@ -16,7 +16,7 @@ from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.from_arrays import array_pair, read_arrays
 from glshadow.io.imported import Imported, name_or_number, shortened
 from glshadow.io.limits import Budget, Limits
-from glshadow.io.model_file import FORMATS, GLTF, NAMES, ModelFile, from_stream, in_memory, on_disk
+from glshadow.io.model_file import FORMATS, GLTF, NAMES, TERRAIN, ModelFile, from_stream, in_memory, on_disk
 from glshadow.io.smoothed import smoothed
 from glshadow.io.whitened import Whitened
 from glshadow.scene.checks import check_scene, visible
@@ -25,6 +25,7 @@ from glshadow.scene.looks import LOOKS
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import moved, turned_camera
 from glshadow.scene.nodes import Node, Scene
+from glshadow.terrain.dem import Dem
 
 # world_from_file rotations that turn the named axis up; proper rotations, so that nothing is mirrored
 TURNS = {
@@ -37,7 +38,7 @@ TURNS = {
 def load(
     source: Any,
     *,
-    ground: bool | str = False,
+    ground: bool | str | None = False,
     up_axis: str | None = None,
     name: str | None = None,
     camera: str | int | None = None,
@@ -53,13 +54,15 @@ def load(
     Parameters
     ----------
     source : path, bytes, file object, (vertices, faces), another library's object, Scene, or meshes and nodes
-        One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off. Objects: trimesh.Trimesh,
-        trimesh.Scene, pyrender.Scene and Mesh, PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed,
-        matrices are composed in float64, and nodes with the same geometry share one Mesh. Shading normals are used if the source has
-        them; otherwise shading is flat, see `smooth`.
-    ground : bool or "catcher"
+        One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off, and elevation models as GeoTIFF
+        (.tif, extra `terrain`) with x east, y up and z south. Objects: Dem, trimesh.Trimesh, trimesh.Scene, pyrender.Scene and Mesh,
+        PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed, matrices are composed in float64, and
+        nodes with the same geometry share one Mesh. Shading normals are used if the source has them; otherwise shading is flat, see
+        `smooth`.
+    ground : bool, "catcher" or None
         Put a plane under the model to receive its shadow, see `Scene.with_ground`; "catcher": a shadow catcher, which shows only the
-        shadow, see `Node`.
+        shadow, see `Node`. It is the last node. None: as `glshadow render` does, if the look is "studio" or "outdoor" and camera and
+        lights are the look's.
     up_axis : {None, "x", "y", "z"}
         Up axis of the source; it is rotated to y. None means "y", as glTF prescribes; STL and PLY files, and models from CAD, robotics or
         maps, often use "z".
@@ -74,7 +77,7 @@ def load(
         a mesh without normals is flat.
     limits : Limits, optional
         What a file may cost, checked before memory is allocated; None: the defaults of `Limits`. Objects in memory are not limited.
-    format : {None, "glb", "gltf", "obj", "ply", "stl", "off"}
+    format : {None, "glb", "gltf", "obj", "ply", "stl", "off", "tif", "tiff"}
         Format of a file; None: by its suffix, of bytes and file objects by their beginning.
     time : float, optional
         Seconds of the file's animation, see `Scene.at`. None: the pose of the file's nodes; if nothing can be seen of that, the beginning
@@ -122,7 +125,7 @@ def load(
 def read_scene(
     source: Any,
     budget: Budget,
-    ground: bool | str = False,
+    ground: bool | str | None = False,
     up_axis: str | None = None,
     name: str | None = None,
     format: str | None = None,
@@ -164,6 +167,9 @@ def read_scene(
     scene = _turned(
         found, TURNS[up_axis or "y"], name or title, look or (source.look if isinstance(source, Scene) else usual)
     )
+    if ground is None:
+        own = isinstance(source, Scene) or found.camera is not None or found.lights is not None
+        ground = scene.defaults.stands and not own
     return scene.with_ground(ground == "catcher") if ground else scene
 
 
@@ -196,13 +202,13 @@ def _place(found: Imported, time: float | None, animation: str | int | None) -> 
         )
 
 
-def _ground(name: str, value: Any) -> bool | str:
-    if isinstance(value, str) and value == "catcher":
+def _ground(name: str, value: Any) -> bool | str | None:
+    if value is None or (isinstance(value, str) and value == "catcher"):
         return value
     try:
         return bool(flag()(name, value))
     except SettingsError:
-        raise refuse(name, 'True, False or "catcher"', value) from None
+        raise refuse(name, 'True, False, "catcher" or None', value) from None
 
 
 def _reader(
@@ -232,6 +238,10 @@ def _reader(
             f"nodes[{others[0]}] must be Node or Mesh, or the pair must be (vertices, faces), arrays (V, 3) and (T, K) of numbers, got "
             f"{shown(source)}; objects of other libraries are loaded one by one: Scene([*load(a).nodes, *load(b).nodes])"
         )
+    if isinstance(source, Dem):
+        from glshadow.io.from_terrain import read_terrain
+
+        return "elevation model", "terrain", lambda: read_terrain(source, budget), False
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
         placed = Scene(source if isinstance(source, list | tuple) else [source])
         return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
@@ -296,6 +306,10 @@ def _read_file(file: ModelFile, budget: Budget, smooth: float | None) -> Importe
         if smooth is not None and any(node.mesh.normals is None for node in found.nodes):
             found.notes.append(f"smooth={smooth:g} is left out: in glTF, meshes without normals are flat")
         return found
+    if file.suffix in TERRAIN:
+        from glshadow.io.from_terrain import read_geotiff
+
+        return read_geotiff(file, budget)
     from glshadow.io.mesh_files.read import read_mesh_file
 
     return read_mesh_file(file, budget, smooth)

@@ -17,7 +17,8 @@ from glshadow.io.mesh_files import SUFFIXES
 from glshadow.io.mesh_files.words import without_mark
 
 GLTF = (".glb", ".gltf")
-FORMATS = (*GLTF, *SUFFIXES)
+TERRAIN = (".tif", ".tiff")
+FORMATS = (*GLTF, *SUFFIXES, *TERRAIN)
 NAMES = tuple(suffix[1:] for suffix in FORMATS)
 
 BLOCK = 1 << 20  # bytes that are read from a file object at a time
@@ -49,6 +50,8 @@ _FOREIGN = (
     (b"BLENDER", ".blend"),
     (b"; FBX", ".fbx"),
 )
+
+_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")  # in both byte orders; + is BigTIFF
 
 
 @dataclass(frozen=True)
@@ -193,6 +196,8 @@ def recognised(data: bytes) -> str | None:
         raise foreign(".usdz" if b".usd" in data[:300] else ".3mf")
     if data.startswith(b"glTF"):
         return ".glb"
+    if data[:4] in _TIFF:
+        return ".tif"
     if len(data) >= 84 and len(data) == 84 + 50 * struct.unpack_from("<I", data, 80)[0]:
         return ".stl"  # binary; its 80 bytes of header may begin with anything
     text = without_mark(data[:65536]).lstrip()

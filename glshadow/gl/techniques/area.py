@@ -36,6 +36,7 @@ from glshadow.shadows.shadow import ResolvedShadow
 # A partly lit pixel walks most of the triangles whose shadows move far, 13 ns each; a frame with a hard shadow takes 40 ns a pixel and
 # 100 a triangle (llvmpipe): the cost of this many of the former equals one of the latter.
 _PIXEL, _TRIANGLE = 4, 10
+_WIDE = 75  # the same for points, of which one in eight is partly lit: measured on the courtyard
 _LONGEST = 60000  # links in a receiver's list: llvmpipe ends loops after 65,536 turns
 
 
@@ -119,7 +120,7 @@ class Area(Listed):
         """A receiver that reads the counts. They are rendered again only if light, scene or camera view changed since the last frame."""
         if self._instead:
             return self._accumulated.receiver(frame)
-        marking = frame.targets.samples > 1 and not self._shadow.filter.interpolates
+        marking = frame.targets.samples > 1 and not self._interpolates(frame)
         self._rays = self._marking(frame) if marking else self._walked(frame)
         key = (self._key, frame.camera_view, frame.targets.identity, self._shadow.filter)
         if self._counted is None or self._counted[0] != key:
@@ -144,11 +145,14 @@ class Area(Listed):
         """Count for all pixels of the image. Returns why that would take too long or does not fit (nothing is counted then), or ''."""
         pixels, triangles = frame.camera_view.size[0] * frame.camera_view.size[1], frame.scene.world.count
         sparse, counts = None, self._image_counts
-        if self._shadow.filter.interpolates:
+        if self._interpolates(frame):
             sparse, counts, frame = self._between.sparse(frame), self._sparse_counts, image_only(frame)
             pixels //= 4
         self._classify(frame, counts, sparse)
-        if self.partly_lit * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
+        if frame.targets.points:  # the answer of a point may not depend on how many others there are
+            if self.grown.widest > _WIDE * self._points:
+                return f"{self.grown.widest} triangles whose shadows move far"
+        elif self.partly_lit * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
             return f"{self.grown.widest} triangles whose shadows move far and {self.partly_lit} pixels that see some of the light"
         try:
             self._cast_rays(frame, counts, sparse)
@@ -157,6 +161,9 @@ class Area(Listed):
         except ResourceError as error:
             return str(error)
         return ""
+
+    def _interpolates(self, frame: FrameContext) -> bool:
+        return self._shadow.filter.interpolates and not frame.targets.points  # given points have no neighbours
 
     def _interpolate(self, frame: FrameContext, per_sample: PerSample | None, known: Counts, counts: Counts) -> None:
         """Interpolate the counts of the image or of samples between others, and count the rest."""
@@ -172,7 +179,7 @@ class Area(Listed):
         return self._accumulated.update(frame)
 
     def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
-        if self._shadow.filter.interpolates:
+        if self._interpolates(frame):
             self._interpolate(frame, per_sample, self._image_counts, self._sample_counts)
         else:
             self._classify(frame, self._sample_counts, per_sample)
@@ -247,6 +254,7 @@ class Area(Listed):
             "GLS_SELECTIVE": int(scene.selective),
             "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_PER_SAMPLE": int(per_sample is not None),
+            "GLS_POINTS": targets.points,
             **DEFINES,
             **(self.light.penumbra or {}),
             "GLS_DITHER": int(self._shadow.filter.dithers),
@@ -293,7 +301,7 @@ class Area(Listed):
             open_receiver(frame, self.light),
             slots=precomputed_slots(self.light),
             defines={"GLS_COUNTED": 1},
-            uniforms={"u_points": float(self._points * (UNITS if self._shadow.filter.interpolates else 1))},
+            uniforms={"u_points": float(self._points * (UNITS if self._interpolates(frame) else 1))},
             textures={"u_counts": counts.texture},
         )
 

@@ -1,0 +1,1 @@
+"""Shadows as polygons in float64. Needs `pip install 'glshadow[outline]'`."""

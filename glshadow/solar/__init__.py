@@ -1,0 +1,1 @@
+"""The sun's position by place and time, and its path through the sky."""
