@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import as_scene, pixels
+from glshadow.arguments import as_scene, chosen_nodes, pixels
 from glshadow.baking.baked import Baked
 from glshadow.baking.texels import covered, padded
 from glshadow.core.setting import one_of, refuse, whole
@@ -17,7 +17,7 @@ from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.lights import Light, Lights, as_lights
 from glshadow.point_arguments import Progress
 from glshadow.renderer import Renderer
-from glshadow.scene.faces import face_corners, face_starts, faces_of, fronts, sample_faces
+from glshadow.scene.faces import face_corners, face_starts, fronts, sample_faces
 from glshadow.scene.nodes import Scene
 
 _TOGETHER = 1 << 21  # points of a call
@@ -39,6 +39,7 @@ def bake(
     samples: int | None = None,
     size: tuple[int, int] = DEFAULT_SIZE,
     *,
+    nodes: Any = None,
     side: str = "front",
     uv_set: int = 0,
     padding: int = 4,
@@ -65,6 +66,8 @@ def bake(
         "faces": points on each face; None: 16. "texels": points of each texel, 1 (None), 4 or 16, in a grid; their mean.
     size : (2,) ints
         Width and height of the images, texels.
+    nodes : Node, str, int or a sequence of these, optional
+        What is baked; the others still cast shadows. None: all that is drawn and has triangles.
     side : {"front", "back"}
         Which side of the faces receives light.
     uv_set : {0, 1}
@@ -98,19 +101,20 @@ def bake(
     scene = as_scene(scene)
     chosen = scene.lights if lights is None else as_lights("lights", lights)
     kind, facing = _TO("to", to), _SIDE("side", side)
+    baked = _with_faces(scene, chosen_nodes("nodes", scene, nodes))
     if kind == "vertices" and samples is not None:
         raise refuse("samples", "None for vertices: each is tested once on every face around it", samples)
     with Renderer() as renderer:
         seen = _tester(renderer, scene, chosen, facing, light_samples, progress)
         if kind == "faces":
             count = FACE_SAMPLES if samples is None else _PER_FACE("samples", samples)
-            values, error = _of_faces(scene, seen, len(chosen), count, seed)
+            values, error = _of_faces(scene, baked, seen, len(chosen), count, seed)
             return Baked(scene, chosen, kind, values, error, count)
         if kind == "vertices":
-            return Baked(scene, chosen, kind, _of_vertices(scene, seen, len(chosen)), None, 1)
+            return Baked(scene, chosen, kind, _of_vertices(scene, baked, seen, len(chosen)), None, 1)
         count = 1 if samples is None else _PER_TEXEL("samples", samples)
         uv, side_of = _UV_SET("uv_set", uv_set), pixels("size", size)
-        images = _of_texels(scene, seen, len(chosen), count, side_of, uv, _PADDING("padding", padding))
+        images = _of_texels(scene, baked, seen, len(chosen), count, side_of, uv, _PADDING("padding", padding))
         return Baked(scene, chosen, kind, images, None, count, uv)
 
 
@@ -128,12 +132,13 @@ def _tester(
 
 
 def _of_faces(
-    scene: Scene, seen: Seen, lights: int, count: int, seed: int
+    scene: Scene, chosen: list[int], seen: Seen, lights: int, count: int, seed: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Means and errors (L, F) of all elements of the scene by number; NaN where there is no face."""
-    total = int(face_starts(scene)[-1])
+    starts = face_starts(scene)
+    total = int(starts[-1])
     values, error = np.full((2, lights, total), np.nan, dtype=np.float32)
-    faces = faces_of(scene)
+    faces = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in chosen])
     step = max(_TOGETHER // count, 1)
     for first in range(0, len(faces), step):
         some = faces[first : first + step]
@@ -148,10 +153,10 @@ def _of_faces(
     return values, error
 
 
-def _of_vertices(scene: Scene, seen: Seen, lights: int) -> dict[str, NDArray[np.float32]]:
+def _of_vertices(scene: Scene, chosen: list[int], seen: Seen, lights: int) -> dict[str, NDArray[np.float32]]:
     """Per drawn node (L, V), NaN for vertices of no triangle."""
     starts, found = face_starts(scene), {}
-    for number in _nodes_with_faces(scene):
+    for number in chosen:
         mesh = scene.nodes[number].mesh
         triangles = np.arange(starts[number], starts[number + 1])
         corners = face_corners(scene, triangles)
@@ -177,11 +182,17 @@ def _angles(corners: Array) -> Array:
 
 
 def _of_texels(
-    scene: Scene, seen: Seen, lights: int, samples: int, size: tuple[int, int], uv_set: int, padding: int
+    scene: Scene,
+    chosen: list[int],
+    seen: Seen,
+    lights: int,
+    samples: int,
+    size: tuple[int, int],
+    uv_set: int,
+    padding: int,
 ) -> dict[str, NDArray[np.float32]]:
     """Per drawn node an image (L, H, W); NaN where no face is near."""
     starts, found, block = face_starts(scene), {}, int(np.sqrt(samples))
-    chosen = _nodes_with_faces(scene)
     sets = [scene.nodes[k].mesh.second_uv if uv_set else scene.nodes[k].mesh.uv for k in chosen]
     if bare := [scene.nodes[k].name for k, uv in zip(chosen, sets, strict=True) if uv is None]:
         raise SceneError(
@@ -212,8 +223,11 @@ def _of_texels(
     return found
 
 
-def _nodes_with_faces(scene: Scene) -> list[int]:
-    chosen = [k for k in scene.drawn.tolist() if len(scene.nodes[k].mesh.triangles)]
+def _with_faces(scene: Scene, nodes: list[int]) -> list[int]:
+    drawn = set(scene.drawn.tolist())
+    chosen = [k for k in nodes if k in drawn and len(scene.nodes[k].mesh.triangles)]
     if not chosen:
-        raise SettingsError(f"{scene.name} has no faces, only points or lines: use visibility")
+        raise SettingsError(
+            f"{scene.name} has no faces there, only points or lines, or what is not drawn: use visibility"
+        )
     return chosen

@@ -17,7 +17,7 @@ from glshadow.errors import GlshadowError, SettingsError
 from glshadow.files import replacing
 from glshadow.lights import Light
 from glshadow.scene.faces import face_starts
-from glshadow.scene.nodes import Scene
+from glshadow.scene.nodes import Node, Scene
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,7 +30,7 @@ class Baked:
         As given.
     to : {"faces", "vertices", "texels"}
     values : (L, F) float32, or mapping from node names to arrays
-        Faces: by scene-wide number, as in `Frame.triangle`; NaN for what is not drawn, and for points and lines. Vertices: (L, V) of each
+        Faces: by scene-wide number, as in `Frame.triangle`; NaN for what was not baked. Vertices: (L, V) of each
         node, NaN for a vertex of no triangle. Texels: images (L, H, W) of each node, row 0 at the top, NaN far from all faces.
     error : (L, F) float32, optional
         Of faces, a bound of the standard deviation: see `bake`.
@@ -73,6 +73,14 @@ class Baked:
             values = self.values[:, starts[number] : starts[number + 1]]
         return np.asarray(values[rows].mean(axis=0), dtype=np.float32)
 
+    @property
+    def _nodes(self) -> list[Node]:
+        """The baked nodes."""
+        if isinstance(self.values, Mapping):
+            return [self.scene.nodes[self.scene.places[name]] for name in self.values]
+        starts, known = face_starts(self.scene), np.asarray(np.isfinite(self.values).all(axis=0))
+        return [node for k, node in enumerate(self.scene.nodes) if known[starts[k] : starts[k + 1]].any()]
+
     def _rows(self, light: int | None) -> list[int]:
         if not self.lights:
             raise SettingsError("nothing is baked: there are no lights")
@@ -80,7 +88,7 @@ class Baked:
         return list(range(len(self.lights))) if number is None else [number]
 
     def to_gltf(self, path: str | PathLike[str], light: int | None = None) -> None:
-        """Write a .glb file with the scene's triangles, base colours and baked values.
+        """Write a .glb file with the baked nodes' triangles, base colours and values.
 
         Vertices and faces: in COLOR_0, multiplied with the colours of the vertices; those of faces get vertices of their own. Texels: an
         occlusion texture (red), which glTF applies to ambient light. Of materials only base colour factor, sides and alpha mode are
@@ -96,13 +104,13 @@ class Baked:
         target = as_path("path", path)
         if target.suffix.lower() != ".glb":
             raise refuse("path", "a file that ends in .glb", path)
-        nodes = [node for node in self.scene.nodes if node.drawn and len(node.mesh.triangles)]
+        nodes = self._nodes
         values = [self.of(node.name, light) for node in nodes]
         with replacing(target) as part:
             part.write_bytes(written(nodes, values, self.to, self.uv_set))
 
     def to_pyvista(self, light: int | None = None) -> Any:
-        """A `pyvista.PolyData` of all drawn triangles in the world, with an array "visibility" of its cells or points.
+        """A `pyvista.PolyData` of the baked triangles in the world, with an array "visibility" of its cells or points.
 
         Raises
         ------
@@ -120,10 +128,8 @@ class Baked:
         points, values = [], []
         faces: list[Any] = []
         count = 0
-        for node in self.scene.nodes:
+        for node in self._nodes:
             mesh = node.mesh
-            if not (node.drawn and len(mesh.triangles)):
-                continue
             points.append(world_positions(mesh.positions, node.world_from_mesh, np.zeros(3)))
             faces.append(mesh.triangles.astype(np.int64) + count)
             values.append(self.of(node.name, light))

@@ -193,7 +193,6 @@ def test_bad_arguments(given: dict[str, Any], message: str) -> None:
 
 def test_points_alone_have_no_faces() -> None:
     scene = gs.Scene([gs.Points([(0, 0, 0), (1, 0, 0)], radius=0.1)])
-    assert np.isnan(gs.bake(scene, SUN).values).all()
     with pytest.raises(gs.SettingsError, match="has no faces"):
         gs.bake(scene, SUN, to="vertices")
 
@@ -233,6 +232,22 @@ def test_gltf_has_texels_as_occlusion(tmp_path: Path) -> None:
     assert np.abs(read.uv - floor(3).uv).max() < 1e-6
     with pytest.raises(gs.SettingsError, match=r"path must be a file that ends in \.glb"):
         baked.to_gltf(tmp_path / "baked.obj")
+
+
+def test_some_nodes() -> None:
+    """The others cast shadows and are not baked."""
+    scene = walled(4)
+    for to in ("faces", "vertices"):
+        whole, some = gs.bake(scene, SUN, to=to, nodes=None), gs.bake(scene, SUN, to=to, nodes="floor")
+        assert np.array_equal(some.of("floor"), whole.of("floor"))
+        assert some.of("floor").min() <= 0.5
+        assert [node.name for node in some._nodes] == ["floor"]
+    faces = gs.bake(scene, SUN, nodes=["floor"])
+    assert np.isnan(faces.of("wall")).all()
+    image = gs.bake(scene, SUN, to="texels", nodes=scene.nodes[0], size=(8, 8))
+    assert list(image.values) == ["floor"]
+    with pytest.raises(gs.SettingsError, match="nodes must be"):
+        gs.bake(scene, SUN, nodes="roof")
 
 
 def test_pyvista(optional: Any) -> None:
