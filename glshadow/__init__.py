@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.inverse.fit import FittedLight, fit_light
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
@@ -97,6 +98,7 @@ _LAZY = {
     "Comparison": "glshadow.ui.compare",
     "Dem": "glshadow.terrain.dem",
     "Explorer": "glshadow.ui.explore",
+    "FittedLight": "glshadow.inverse.fit",
     "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
@@ -116,6 +118,7 @@ _LAZY = {
     "compare": "glshadow.ui.compare",
     "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
+    "fit_light": "glshadow.inverse.fit",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
     "read_colmap": "glshadow.io.colmap",
@@ -184,6 +187,7 @@ __all__ = [
     "Faces",
     "FisheyeDistortion",
     "Fit",
+    "FittedLight",
     "Flip",
     "Frame",
     "GlshadowError",
@@ -240,6 +244,7 @@ __all__ = [
     "compare",
     "explore",
     "export_page",
+    "fit_light",
     "flip",
     "image",
     "load",
