@@ -24,6 +24,7 @@ from glshadow.shadows.filters import Exact
 from glshadow.shadows.shadow import Shadow
 
 LEAST_SIDE = 20  # pixels of the smallest image of the pyramid
+LIGHT_SAMPLES = 64
 BLUR = 10.0  # degrees: the sun of the search, whose shadows overlap from farther away
 SEARCH = number(0.0, 90.0, unit="degrees")
 _EVALUATIONS = 12  # steps at each size
@@ -211,12 +212,12 @@ def _target(value: Any) -> Array:
 
 
 def _exact(light: Light) -> Light:
-    """The light with exact shadows, of as many points as its filter has if that is exact."""
+    """The light with exact shadows, of at least LIGHT_SAMPLES points."""
     shadow = light.shadow
     if shadow is None:
         raise SettingsError("a light without a shadow (shadow=None) cannot be fitted to one")
-    kept = shadow.filter if isinstance(shadow.filter, Exact) else Exact()
-    return replace(light, shadow=Shadow(filter=kept))
+    count = max(shadow.filter.points_of_light if shadow.filter is not None else 0, LIGHT_SAMPLES)
+    return replace(light, shadow=Shadow(filter=Exact(light_samples=count)))
 
 
 def _least_squares() -> Callable[..., Any]:
