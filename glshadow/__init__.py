@@ -64,6 +64,8 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.insolation.hours import sun_hours
+    from glshadow.insolation.result import SunHours
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
@@ -101,6 +103,7 @@ _LAZY = {
     "ShadowMap": "glshadow.gl.foreign.shaders",
     "ShadowOutline": "glshadow.outlines.result",
     "ShadowView": "glshadow.shadows.view",
+    "SunHours": "glshadow.insolation.result",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
     "Truth": "glshadow.reference.truth",
@@ -117,6 +120,7 @@ _LAZY = {
     "shadow_outline": "glshadow.outlines.outline",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "sun_hours": "glshadow.insolation.hours",
     "terrain_horizon": "glshadow.terrain.shadow",
     "terrain_shadow": "glshadow.terrain.shadow",
     "trace": "glshadow.reference.trace",
@@ -212,6 +216,7 @@ __all__ = [
     "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
+    "SunHours",
     "SunPath",
     "Target",
     "TerrainRaster",
@@ -240,6 +245,7 @@ __all__ = [
     "show",
     "study",
     "sun",
+    "sun_hours",
     "terrain_horizon",
     "terrain_shadow",
     "trace",
