@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.setting import as_path, instance, refuse
 from glshadow.core.spaces import Array
@@ -74,18 +75,27 @@ def write_page(found: SunHours, path: str | os.PathLike[str], renderer: Renderer
     """
     require()
     found, path = instance(SunHours)("found", found), page_path("path", path)
+    drawn = pictures_of(found, SIZE, renderer)
     table = found.save(path.with_suffix(".csv"))
-    colors = _colors()
-    top = nice_top(float(np.nanmax(found.hours, initial=0.0)))
-    scene = colored_scene(found, found.hours, colors, top)
-    if renderer is None:
-        with Renderer() as own:
-            drawn = images(scene, SIZE, own)
-    else:
-        drawn = images(scene, SIZE, renderer)
     with replacing(path) as part:
-        part.write_text(_page(found, table.name, drawn, colors, top), encoding="utf-8")
+        part.write_text(_page(found, table.name, drawn, _colors(), _top(found)), encoding="utf-8")
     return path, table
+
+
+def pictures_of(
+    found: SunHours, size: tuple[int, int], renderer: Renderer | None = None
+) -> dict[str, NDArray[np.uint8]]:
+    """See `SunHours.images`."""
+    require()
+    scene = colored_scene(found, found.hours, _colors(), _top(found))
+    if renderer is not None:
+        return images(scene, size, renderer)
+    with Renderer() as own:
+        return images(scene, size, own)
+
+
+def _top(found: SunHours) -> float:
+    return nice_top(float(np.nanmax(found.hours, initial=0.0)))
 
 
 def nice_top(most: float) -> float:

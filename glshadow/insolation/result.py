@@ -112,19 +112,39 @@ class SunHours:
         """(24,) float64: shaded share of the possible hours by hour of the day."""
         return _share(self.table_hours.sum(axis=0), self.table_possible.sum(axis=0))
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write a table with one line for each face, vertex or point (.csv).
+    def images(self, size: tuple[int, int] = (640, 480)) -> dict[str, NDArray[np.uint8]]:
+        """The model with the colours of its hours, from four sides and from above with north up: caption -> (H, W, 3) uint8.
+
+        The colours are matplotlib's inferno, from 0 to the least round number that is not below the most hours.
 
         Raises
         ------
         SettingsError
-            If the name does not end in .csv.
+            For points.
         GlshadowError
-            If it cannot be written.
+            Without the extra `study`.
+        """
+        from glshadow.insolation.page import pictures_of  # slow to import
+
+        return pictures_of(self, size)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write a table with one line for each face, vertex or point (.csv), or a page with images, tables and that table beside it (.html).
+
+        Raises
+        ------
+        SettingsError
+            If the name ends in something else, or for a page of points.
+        GlshadowError
+            If it cannot be written; for a page also without the extra `study`.
         """
         path = as_path("path", path)
+        if path.suffix.lower() in (".html", ".htm"):
+            from glshadow.insolation.page import write_page  # slow to import
+
+            return write_page(self, path)[0]
         if path.suffix.lower() != ".csv":
-            raise refuse("path", "a file that ends in .csv", str(path))
+            raise refuse("path", "a file that ends in .csv or .html", str(path))
         columns: dict[str, NDArray[np.generic]] = {}
         if self.faces is not None:
             owner = np.searchsorted(face_starts(self.scene), self.faces, side="right") - 1

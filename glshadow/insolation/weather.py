@@ -71,8 +71,9 @@ def weather_of(frame: Any, path: SunPath, label: str) -> Weather:
     if missing.any():
         first = steps[missing][0].astype("datetime64[ns]").astype("datetime64[m]")
         raise SettingsError(
-            f"weather does not cover {int(missing.sum())} of {len(steps)} steps with the sun above the horizon, the first at {first} UTC; it "
-            f"covers {frame.index[0]} to {frame.index[-1]}. A typical year has other years: pvlib's readers take coerce_year={path.start.year}"
+            f"weather does not cover {int(missing.sum())} of {len(steps)} steps with the sun above the horizon, the first at {first} UTC; "
+            f"it covers {frame.index[0]} to {frame.index[-1]}. A typical year has other years: pvlib's readers take "
+            f"coerce_year={path.start.year}"
         )
     found = {}
     for name in ("dni", "dhi"):
