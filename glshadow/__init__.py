@@ -69,9 +69,10 @@ if TYPE_CHECKING:
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
-    from glshadow.once import render
+    from glshadow.once import render, visibility
     from glshadow.outlines.outline import shadow_outline
     from glshadow.outlines.result import ShadowOutline
+    from glshadow.reference.blockers import Blockers, blockers
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
@@ -81,6 +82,9 @@ if TYPE_CHECKING:
     from glshadow.terrain.dem import Dem
     from glshadow.terrain.geotiff import read_dem
     from glshadow.terrain.shadow import TerrainRaster, terrain_horizon, terrain_shadow
+    from glshadow.training.coco import to_coco
+    from glshadow.training.masks import ShadowMasks, shadow_masks
+    from glshadow.training.pairs import ShadowPair, shadow_pair
     from glshadow.ui.compare import Compared, Comparison, compare
     from glshadow.ui.explore import Explorer, explore
     from glshadow.ui.window import show
@@ -99,15 +103,19 @@ _LAZY = {
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
     "Renderer": "glshadow.renderer",
+    "Blockers": "glshadow.reference.blockers",
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
+    "ShadowMasks": "glshadow.training.masks",
     "ShadowOutline": "glshadow.outlines.result",
+    "ShadowPair": "glshadow.training.pairs",
     "ShadowView": "glshadow.shadows.view",
     "SunHours": "glshadow.insolation.result",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
+    "blockers": "glshadow.reference.blockers",
     "compare": "glshadow.ui.compare",
     "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
@@ -117,13 +125,17 @@ _LAZY = {
     "read_dem": "glshadow.terrain.geotiff",
     "render": "glshadow.once",
     "render_distorted": "glshadow.distorted",
+    "shadow_masks": "glshadow.training.masks",
     "shadow_outline": "glshadow.outlines.outline",
+    "shadow_pair": "glshadow.training.pairs",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
     "sun_hours": "glshadow.insolation.hours",
     "terrain_horizon": "glshadow.terrain.shadow",
     "terrain_shadow": "glshadow.terrain.shadow",
+    "to_coco": "glshadow.training.coco",
     "trace": "glshadow.reference.trace",
+    "visibility": "glshadow.once",
 }
 _MODULES = {
     "batch": "glshadow.batch",
@@ -154,6 +166,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "AlphaMode",
     "Bias",
+    "Blockers",
     "BrownDistortion",
     "Camera",
     "Cascades",
@@ -211,7 +224,9 @@ __all__ = [
     "ShaderError",
     "Shadow",
     "ShadowMap",
+    "ShadowMasks",
     "ShadowOutline",
+    "ShadowPair",
     "ShadowView",
     "SkyLight",
     "SlopeScaledBias",
@@ -226,6 +241,7 @@ __all__ = [
     "ViewFit",
     "__version__",
     "batch",
+    "blockers",
     "compare",
     "explore",
     "export_page",
@@ -241,14 +257,18 @@ __all__ = [
     "render_distorted",
     "scenes",
     "shaders",
+    "shadow_masks",
     "shadow_outline",
+    "shadow_pair",
     "show",
     "study",
     "sun",
     "sun_hours",
     "terrain_horizon",
     "terrain_shadow",
+    "to_coco",
     "trace",
     "video",
+    "visibility",
 ]  # fmt: skip
 __all__ += _filters.__all__

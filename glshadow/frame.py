@@ -166,6 +166,18 @@ class Frame:
         return self._array("position", np.float64)
 
     @property
+    def blocker(self) -> NDArray[np.int32]:
+        """(lights, H, W) node that keeps each light's centre from the pixel's centre: the one nearest to the surface, -1: lit, or no
+        surface. A surface that faces away from the light has its own node. By rays on the CPU, see `blockers`."""
+        return self._array("blocker", np.int32)
+
+    @property
+    def blocker_distance(self) -> NDArray[np.float32]:
+        """(lights, H, W) world units from the surface to that node along the ray: infinite where lit, 0 where the surface faces away, NaN
+        where there is no surface."""
+        return self._array("blocker_distance", np.float32)
+
+    @property
     def shadow_maps(self) -> ShadowMaps:
         """Per light its views (V, R, R) as stored (window depth, or metric), row 0 at v = 1. Notebooks display them."""
         return ShadowMaps(self._output("shadow_maps"))
@@ -213,7 +225,8 @@ class Frame:
         show(self.image)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the frame: .png, .jpg and .tif the image; .exr all float outputs as named channels; .npz all outputs as arrays.
+        """Write the frame: .png, .jpg and .tif the image; .exr all float outputs as named channels, and `exposure` (stops) and `tone`
+        in its header; .npz all outputs as arrays.
 
         An .npz has the arrays under the names of the outputs (of several shadow maps `shadow_maps_0` and so on, without timings), the
         names of the scene's nodes as `nodes`, `near` and `far`, the pose `R`, `t` and, of a perspective camera, the intrinsic matrix `K`
@@ -233,7 +246,10 @@ class Frame:
         if path.suffix.lower() == ".npz":
             archive.write(path, self._arrays())
             return
-        image.write(path, self._channels() if path.suffix.lower() == ".exr" else self.image)
+        if path.suffix.lower() == ".exr":
+            image.write(path, self._channels(), {"exposure": float(self.exposure), "tone": self.tone})
+        else:
+            image.write(path, self.image)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         """Everything that plain arrays hold, by name."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,8 @@ class Output:
         Value where there is no surface.
     channels : tuple of str
         Names in an EXR file; those of outputs per light are numbered.
+    traced : bool
+        Whether rays on the CPU find it, and not the GPU: "all" does not name it.
     """
 
     name: str
@@ -45,6 +48,7 @@ class Output:
     holds: str
     nothing: str
     channels: tuple[str, ...] = ()
+    traced: bool = False
 
 
 OUTPUTS = (
@@ -66,20 +70,32 @@ OUTPUTS = (
     Output("normal", Of.CENTRE, np.float32, "(H, W, 3)", "unit normal of the triangle's visible side, world axes", "NaN",
            ("N.X", "N.Y", "N.Z")),
     Output("position", Of.CENTRE, np.float64, "(H, W, 3)", "world coordinates of the surface", "NaN", ("P.X", "P.Y", "P.Z")),
+    Output("blocker", Of.CENTRE, np.int32, "(lights, H, W)",
+           "index in `scene.nodes` of the node that keeps each light's centre from the surface, the first from there; -1 lit", "-1",
+           ("blocker",), traced=True),
+    Output("blocker_distance", Of.CENTRE, np.float32, "(lights, H, W)", "from the surface to it, world units; infinity where lit", "NaN",
+           ("blocker_distance",), traced=True),
     Output("shadow_maps", Of.FRAME, None, "per light (V, R, R)", "the shadow maps as stored", ""),
     Output("timings", Of.FRAME, None, "mapping", "seconds of each pass", ""),
 )  # fmt: skip
 NAMES = tuple(each.name for each in OUTPUTS)
-CENTRES = tuple(each.name for each in OUTPUTS if each.of is Of.CENTRE)
+DRAWN = tuple(each.name for each in OUTPUTS if not each.traced)
+TRACED = tuple(each.name for each in OUTPUTS if each.traced)
+CENTRES = tuple(each.name for each in OUTPUTS if each.of is Of.CENTRE and not each.traced)
 ALL = "all"
 FLOATS = ("linear", "depth", "visibility", "normal", "position", "node", "alpha")
 """Outputs that an .exr holds by default."""
-STORED = tuple(each.name for each in OUTPUTS if each.name not in ("depth_metric", "shadow_maps", "timings"))
+STORED = tuple(each for each in DRAWN if each not in ("depth_metric", "shadow_maps", "timings"))
 """Outputs that an .npz holds by default."""
 
 
+def holds_arrays(path: Path | None) -> bool:
+    """Whether a frame's file holds its outputs as they are, and not an image to be looked at."""
+    return path is not None and path.suffix.lower() in (".exr", ".npz")
+
+
 def checked_outputs(outputs: Any) -> tuple[str, ...]:
-    """Check the names of outputs: one name, several, or "all".
+    """Check the names of outputs: one name, several, or "all", which stands for what the GPU draws; others may be named beside it.
 
     Raises
     ------
@@ -88,7 +104,7 @@ def checked_outputs(outputs: Any) -> tuple[str, ...]:
     """
     wanted = (outputs,) if isinstance(outputs, str) else outputs
     if isinstance(wanted, list | tuple) and any(isinstance(each, str) and each == ALL for each in wanted):
-        wanted = NAMES
+        wanted = [*DRAWN, *(each for each in wanted if each not in (ALL, *DRAWN))]
     try:
         names: tuple[str, ...] = several(one_of(*NAMES), "outputs")("outputs", wanted)
     except SettingsError:

@@ -70,7 +70,7 @@ class CapsuleRays(Rays):
 
     @cached_property
     def _casting_boxes(self) -> _Boxes:
-        return self._boxes(np.array([node.drawn and node.casts for node in self.scene.nodes]))
+        return self._boxes(np.array([node.drawn for node in self.scene.nodes]) & self.casting)
 
     def _boxes(self, nodes: Bools) -> _Boxes:
         return _Boxes(self, np.flatnonzero(self.curved & nodes[self.node]))
@@ -138,7 +138,8 @@ class CapsuleRays(Rays):
     ) -> tuple[Bools, Array]:
         """Whether open segments from points on surfaces to the light are blocked: by triangles as without capsules, by a ball or tube
         that is not the point's own if they are inside it for more than rounding."""
-        result, distance = super().blocked(own, points, directions, length, lifted)
+        found, distance = super().blockers(own, points, directions, length, lifted)
+        result = found >= 0
         live_length = np.where(result, -1.0, length)
         for live, element in self._casting_boxes.along(points, directions, np.zeros(len(own)), live_length):
             near, far, _ = self._interval(element, points[live], directions[live])
@@ -148,6 +149,22 @@ class CapsuleRays(Rays):
             result[rows], live_length[rows] = True, -1.0
             distance[rows] = np.minimum(distance[rows], np.maximum(near[met], 0.0))
         return result, distance
+
+    def blockers(
+        self, own: Ints, points: Array, directions: Array, length: Array, lifted: Bools | None = None
+    ) -> tuple[Ints, Array]:
+        """The elements that block open segments, those that are nearest to the points; by the rules of `blocked`."""
+        found, distance = super().blockers(own, points, directions, length, lifted)
+        reach = np.where(own < 0, np.abs(points).max(axis=1, initial=0.0), self.reach[own])
+        last = np.minimum(distance, length)
+        for live, element in self._casting_boxes.along(points, directions, np.zeros(len(own)), last):
+            near, far, _ = self._interval(element, points[live], directions[live])
+            bound = PLANE_BOUND * np.maximum(reach[live], self.reach[element])
+            place = np.maximum(near, 0.0)
+            met = (far > bound) & (near < length[live] - bound) & (element != own[live]) & (place < distance[live])
+            rows = live[met]
+            found[rows], distance[rows], last[rows] = element[met], place[met], place[met]
+        return found, distance
 
     def _interval(self, element: Ints, starts: Array, directions: Array) -> tuple[Array, Array, Array]:
         """Ray parameters (N,) between which rays are inside capsules (N,), (inf, -inf) if nowhere; and those nearest to the axis."""

@@ -144,7 +144,12 @@ class Rays:
     @cached_property
     def casts(self) -> Bools:
         """Triangles (T,) that block light: with a non-zero area, not blended, of a node that casts."""
-        return np.asarray(self.seen & np.array([node.casts for node in self.scene.nodes])[self.node])
+        return np.asarray(self.seen & self.casting[self.node])
+
+    @cached_property
+    def casting(self) -> Bools:
+        """Nodes that cast shadows."""
+        return np.array([node.casts for node in self.scene.nodes])
 
     @cached_property
     def _casting(self) -> Embree | None:
@@ -274,7 +279,14 @@ class Rays:
     def blocked(
         self, own: Ints, points: Array, directions: Array, length: Array, lifted: Bools | None = None
     ) -> tuple[Bools, Array]:
-        """Whether open segments from points on surfaces to the light are blocked by a triangle.
+        """Whether open segments from points on surfaces to the light are blocked: parameters, rules and distances as of `blockers`."""
+        found, distance = self.blockers(own, points, directions, length, lifted)
+        return found >= 0, distance
+
+    def blockers(
+        self, own: Ints, points: Array, directions: Array, length: Array, lifted: Bools | None = None
+    ) -> tuple[Ints, Array]:
+        """The triangles that block open segments from points to the light, those that are nearest to the points.
 
         A triangle blocks unless it is the point's own (by index), or its plane passes within PLANE_BOUND * (largest coordinate of both
         triangles) of the point or of the light, or alpha removes it. Rays pass through the others: the ray continues from the intersection
@@ -283,7 +295,7 @@ class Rays:
         Parameters
         ----------
         own : (N,) int32
-            Triangles of the points.
+            Triangles of the points; -1: none.
         points : (N, 3) float64
             Relative to `origin`.
         directions : (N, 3) float64
@@ -295,15 +307,18 @@ class Rays:
 
         Returns
         -------
-        (N,) bool, (N,) float64
-            Whether it is blocked; distance to the first occluder, infinite if there is none.
+        (N,) int32, (N,) float64
+            The first occluder, -1 if there is none; distance to it, infinite if there is none.
         """
-        result, distance = np.zeros(len(own), dtype=bool), np.full(len(own), np.inf)
+        result, distance = np.full(len(own), -1, dtype=np.int32), np.full(len(own), np.inf)
         if self._casting is None:
             return result, distance
         live = np.arange(len(own))
         skipped = own if lifted is None else np.where(lifted, np.int32(-1), own)
-        at, last, factor = self._lifted(own, points, directions), own, np.ones(len(own))
+        free = own < 0
+        reach = np.where(free, np.abs(points).max(axis=1, initial=0.0), self.reach[own])
+        at = np.where(free[:, None], points, self._lifted(own, points, directions))
+        last, factor = own, np.ones(len(own))
         for _ in range(MAX_PASSED):
             hit = self._casting.first(at, directions[live], length[live] - _along(directions[live], at - points[live]))
             some = hit >= 0
@@ -313,14 +328,14 @@ class Rays:
             start, towards = points[live], directions[live]
             slope = dot(self.normals[hit], towards)
             away = -self.plane_distance(hit, start) * np.sign(slope)  # > 0: the plane is between the point and infinity
-            bound = PLANE_BOUND * np.maximum(self.reach[own[live]], self.reach[hit])
+            bound = PLANE_BOUND * np.maximum(reach[live], self.reach[hit])
             with np.errstate(invalid="ignore"):
                 beyond = np.where(np.isinf(length[live]), np.inf, length[live] * np.abs(slope)) - away
             t = away / np.where(slope == 0.0, 1.0, np.abs(slope))
             met = start + t[:, None] * towards
             counts = (hit != skipped[live]) & (away > bound) & (beyond > bound) & (slope != 0.0)
             counts[counts] = self.opaque(hit[counts], met[counts])
-            result[live[counts]], distance[live[counts]] = True, t[counts]
+            result[live[counts]], distance[live[counts]] = hit[counts], t[counts]
             on = ~counts
             live, hit, met, towards, t = live[on], hit[on], met[on], towards[on], t[on]
             # hit again: the rounding was larger than the lift

@@ -82,9 +82,9 @@ def trace(
     samples, light_samples = traced("samples", samples), SAMPLES("light_samples", light_samples)
     if surface is not None:
         surface = _checked_surface(surface, scene, size, samples)
-    rays = _rays_of(scene, camera)
+    rays = rays_of(scene, camera)
     sources = [AimedLight(light, rays.origin) for light in lights]
-    hits = _surfaces(rays, camera, size, (0.5, 0.5)) if surface is None else _shown(rays, camera, size, surface)
+    hits = _surfaces(rays, camera, size, (0.5, 0.5)) if surface is None else shown_surfaces(rays, camera, size, surface)
     generator = np.random.default_rng(20)
     seen = np.zeros(len(hits.triangle))
     total, spread = np.zeros((2, len(lights), len(hits.triangle)))
@@ -137,7 +137,7 @@ def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], samples
     return surface.astype(np.int32)
 
 
-def _rays_of(scene: Scene, camera: Camera) -> Rays:
+def rays_of(scene: Scene, camera: Camera) -> Rays:
     """The scene's acceleration structure, relative to the point of its box nearest to the eye, for precision near the camera."""
     origin = np.clip(np.asarray(camera.position), *scene.extent)
     rays = _rays.get(scene)
@@ -148,7 +148,7 @@ def _rays_of(scene: Scene, camera: Camera) -> Rays:
 
 
 @dataclass(frozen=True)
-class _Hits:
+class Hits:
     """Visible surfaces: `rows` (N,) are the pixels that see one, with `points` and `normals` (N, 3)."""
 
     triangle: Ints  # (H * W,)
@@ -157,7 +157,7 @@ class _Hits:
     normals: Array
 
 
-def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[float, float]) -> _Hits:
+def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[float, float]) -> Hits:
     origins, directions = (each.reshape(-1, 3) for each in camera.rays(size, offset))
     starts = origins - rays.origin + directions * (camera.near or 0.0)
     length = np.full(len(directions), np.inf if camera.far is None else camera.far - (camera.near or 0.0))
@@ -165,10 +165,10 @@ def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[f
     rows = np.flatnonzero(triangle >= 0)
     normals = rays.facing(triangle[rows], points[rows])
     away = dot(normals, directions[rows]) > 0.0
-    return _Hits(triangle, rows, points[rows], np.where(away[:, None], -normals, normals))
+    return Hits(triangle, rows, points[rows], np.where(away[:, None], -normals, normals))
 
 
-def _shown(rays: Rays, camera: Camera, size: tuple[int, int], surface: Ints) -> _Hits:
+def shown_surfaces(rays: Rays, camera: Camera, size: tuple[int, int], surface: Ints) -> Hits:
     triangle = surface.ravel().astype(np.int32)
     rows = np.flatnonzero(triangle >= 0)
     origins, directions = (each.reshape(-1, 3)[rows] for each in camera.rays(size))
@@ -181,7 +181,7 @@ def _shown(rays: Rays, camera: Camera, size: tuple[int, int], surface: Ints) -> 
     points -= normals * dot(normals, points - corners[:, 0])[:, None]
     points = _onto(points, corners, normals)
     points, normals = rays.shown(own, eye, directions, points, np.where((slant > 0.0)[:, None], -normals, normals))
-    return _Hits(triangle, rows, points, normals)
+    return Hits(triangle, rows, points, normals)
 
 
 def _onto(points: Array, corners: Array, normals: Array) -> Array:
@@ -202,13 +202,13 @@ def _onto(points: Array, corners: Array, normals: Array) -> Array:
     return points
 
 
-def _spread(hits: _Hits, values: Array) -> Array:
+def _spread(hits: Hits, values: Array) -> Array:
     image = np.full((len(hits.triangle), *values.shape[1:]), np.nan)
     image[hits.rows] = values
     return image
 
 
-def _facts(rays: Rays, source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
+def _facts(rays: Rays, source: AimedLight, hits: Hits) -> tuple[Array, Bools]:
     """N.L (H * W,), NaN where there is no surface, and whether the light reaches the point."""
     receivers = source.receivers(rays, hits.triangle[hits.rows], hits.points, hits.normals, False)
     towards, _ = source.towards(receivers.points)

@@ -47,7 +47,7 @@ def _family(kinds: Iterable[type[Spelled]]) -> str:
 
 def _output(output: Output) -> tuple[str, ...]:
     kind = f"{np.dtype(output.dtype).name} {output.shape}" if output.dtype else output.shape
-    channels = " ".join(output.channels) + ".0, .1, ..." * (output.name == "visibility")
+    channels = " ".join(output.channels) + ".0, .1, ..." * (output.shape == "(lights, H, W)")
     return f"`{output.name}`", kind, output.holds, output.of.value, output.nothing, channels
 
 

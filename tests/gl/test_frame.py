@@ -10,7 +10,7 @@ import pytest
 from PIL import ImageShow
 
 import glshadow as gs
-from glshadow.core.outputs import CENTRES, NAMES, OUTPUTS, Of
+from glshadow.core.outputs import CENTRES, DRAWN, NAMES, OUTPUTS, TRACED, Of
 
 SIZE = (48, 32)
 FAR_FROM_ORIGIN = np.array([1e6, -3e5, 2e6])
@@ -24,7 +24,7 @@ def scene() -> gs.Scene:
 @pytest.fixture(scope="module")
 def frame(renderer: gs.Renderer, scene: gs.Scene) -> gs.Frame:
     return renderer.render(
-        scene, lights=[gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Pcf(1)))], size=SIZE, outputs="all"
+        scene, lights=[gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Pcf(1)))], size=SIZE, outputs=("all", *TRACED)
     )
 
 
@@ -72,7 +72,7 @@ def test_default_is_four_samples(renderer: gs.Renderer, scene: gs.Scene, frame: 
 def test_single_output_name_is_accepted(renderer: gs.Renderer, scene: gs.Scene) -> None:
     frame = renderer.render(scene, size=SIZE, outputs="depth")
     assert set(frame.outputs) == {"depth"}
-    assert len(renderer.render(scene, size=SIZE, outputs=["all"]).outputs) == len(NAMES)
+    assert len(renderer.render(scene, size=SIZE, outputs=["all"]).outputs) == len(DRAWN)
     with pytest.raises(gs.SettingsError, match=r"or .all., got 'deep'"):
         renderer.render(scene, size=SIZE, outputs="deep")
 
@@ -143,7 +143,21 @@ def test_exr_channels_are_those_of_the_table(frame: gs.Frame, tmp_path: Path) ->
     names = set(reader.spec().channelnames)
     reader.close()
     named = {name for output in OUTPUTS for name in output.channels if not output.shape.startswith("(lights")}
-    assert names == named | {"visibility.0", *(f"transmittance.0.{color}" for color in "RGB")}
+    assert names == named | {
+        "visibility.0",
+        "blocker.0",
+        "blocker_distance.0",
+        *(f"transmittance.0.{color}" for color in "RGB"),
+    }
+
+
+def test_exr_header_has_exposure_and_tone(renderer: gs.Renderer, scene: gs.Scene, tmp_path: Path) -> None:
+    import OpenImageIO as oiio
+
+    frame = renderer.render(scene, size=(8, 8), samples=1, outputs="linear", exposure=-1.25)
+    frame.save(tmp_path / "dark.exr")
+    spec = oiio.ImageInput.open(str(tmp_path / "dark.exr")).spec()
+    assert (spec.get_float_attribute("exposure"), spec.get_string_attribute("tone")) == (-1.25, "neutral")
 
 
 def test_outputs_at_the_pixel_centre_have_no_samples(renderer: gs.Renderer, scene: gs.Scene) -> None:

@@ -37,9 +37,7 @@ class Counts:
     ) -> None:
         """Bind the counts as render target: for the image, with its depth test, or for collected samples."""
         size, whose = (
-            (frame.targets.depth.size, frame.targets.identity)
-            if per_sample is None
-            else (per_sample.framebuffer.size, -1)
+            (frame.targets.size, frame.targets.identity) if per_sample is None else (per_sample.framebuffer.size, -1)
         )
         shape = (size, whose, components, dtype, textures)
         if self._shape != shape:
