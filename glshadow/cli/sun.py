@@ -24,8 +24,8 @@ Examples:
   glshadow sun house.glb ... -o hours.html    the same command goes on after an interruption
 
 \b
-Which way is north? -z by default, with y up, as glTF exporters of z-up programs place their +y. Otherwise --north 1,0,0: then the model's +x
-points north. The sun of a place below the equator passes in the north: --place -33.9,151.2.
+Which way is north? -z by default, with y up, as glTF exporters of z-up programs place their +y. Otherwise --north 1,0,0: then the
+model's +x points north. The sun of a place below the equator passes in the north: --place -33.9,151.2.
 """
 
 
@@ -105,7 +105,8 @@ def place(text: str) -> tuple[float, float]:
     "--cell",
     metavar="W",
     read=number,
-    help="Divide faces until no edge is longer than this, in the model's units; 0: do not. Default with --to faces: 1/64 of the model's size.",
+    help="Divide faces until no edge is longer than this, in the model's units; 0: do not. Default with --to faces: 1/64 of the model's "
+    "size.",
 )
 @option(
     "Hours",
@@ -142,8 +143,8 @@ def place(text: str) -> tuple[float, float]:
 def command(as_json: bool, debug: bool, **options: Any) -> None:
     """Count the hours of direct sun on each face of MODEL, and write a page: the coloured model, tables, and a CSV file.
 
-    The sun's path comes from --place with --year and --zone, or with --from and --until. A face counts an hour where the sun is above the horizon,
-    before the face, and nothing is between. Clouds are known from --weather alone. Needs pip install 'glshadow[sun,study]'.
+    The sun's path comes from --place with --year and --zone, or with --from and --until. A face counts an hour where the sun is above
+    the horizon, before the face, and nothing is between. Clouds are known from --weather alone. Needs pip install 'glshadow[sun,study]'.
     """  # fmt: skip
     with Work(as_json, debug) as work:
         _sun(work, **options)
@@ -191,7 +192,8 @@ def _sun(
     with Renderer(backend_of(options["backend"], options["device"])) as renderer:
         with work.stage("hours", "summing hours"), Bar(work) as bar:
             found = sun_hours(
-                scene, path, to, per_face=per_face, cell=cell or None, within=within, weather=table, keep=keep, renderer=renderer, progress=bar
+                scene, path, to, per_face=per_face, cell=cell or None, within=within, weather=table, keep=keep, renderer=renderer,
+                progress=bar,
             )  # fmt: skip
         with work.stage("page", "writing the page"):
             written, csv = page.write_page(found, target, renderer)
@@ -200,7 +202,8 @@ def _sun(
     work.say(f"{written}, {csv}: {found!r}")
     work.finish(
         {
-            "path": str(written), "table": str(csv), "faces": len(found.hours), "mean_hours": found.mean, "possible_hours": found.possible_mean,
+            "path": str(written), "table": str(csv), "faces": len(found.hours), "mean_hours": found.mean,
+            "possible_hours": found.possible_mean,
             "shaded_by_month": found.shaded_by_month, "shaded_by_hour": found.shaded_by_hour, "suns": found.suns, "steps": len(path.hours),
             "error_degrees": found.error,
         }

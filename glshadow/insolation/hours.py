@@ -254,9 +254,9 @@ def _result(
     if sky is not None and weather is not None and weather.diffuse is not None:
         diffuse = sky * float(1e-3 * weather.diffuse @ path.hours)
     found = SunHours(
-        scene, path, target.kind, target.places, target.faces, target.shapes, target.areas, sums.hours[:12], sums.possible[:12], sums.hours[12:],
-        sums.possible[12:], tables[0], tables[1], sums.direct if weather is not None else None, diffuse, sky, len(shared.directions),
-        shared.error,
+        scene, path, target.kind, target.places, target.faces, target.shapes, target.areas, sums.hours[:12],
+        sums.possible[:12], sums.hours[12:], sums.possible[12:], tables[0], tables[1],
+        sums.direct if weather is not None else None, diffuse, sky, len(shared.directions), shared.error,
     )  # fmt: skip
     if target.vertices is None:
         return found

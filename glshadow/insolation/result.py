@@ -78,8 +78,8 @@ class SunHours:
 
     def __repr__(self) -> str:
         return (
-            f"SunHours({len(self.hours):,} {self.kind}, {self.mean:.1f} h in the mean of {self.possible_mean:.1f} h with the sun before them; "
-            f"{self.suns} suns for {int(self.path.is_up.sum())} steps, within {self.error:.2f} degrees)"
+            f"SunHours({len(self.hours):,} {self.kind}, {self.mean:.1f} h in the mean of {self.possible_mean:.1f} h with the sun before "
+            f"them; {self.suns} suns for {int(self.path.is_up.sum())} steps, within {self.error:.2f} degrees)"
         )
 
     @property
@@ -129,7 +129,7 @@ class SunHours:
         return pictures_of(self, size)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write a table with one line for each face, vertex or point (.csv), or a page with images, tables and that table beside it (.html).
+        """Write a table with one line for each face, vertex or point (.csv), or a page with images and tables, and that table too (.html).
 
         Raises
         ------

@@ -48,10 +48,8 @@ def colored_scene(found: SunHours, values: Array, colors: Array, top: float) -> 
     assert corners is not None
     local = (corners - corners.reshape(-1, 3).mean(axis=0)) @ found.path.axes.T
     placed = np.stack([local[..., 0], local[..., 2], -local[..., 1]], axis=-1).reshape(-1, 3)
-    if found.faces is not None:
-        shown = np.repeat(values, 3)
-    else:
-        shown = values[_vertex_of(found.scene, faces_of(found.scene))].ravel()
+    by_face = found.faces is not None
+    shown = np.repeat(values, 3) if by_face else values[_vertex_of(found.scene, faces_of(found.scene))].ravel()
     known = np.isfinite(shown)
     place = np.clip(np.nan_to_num(shown) / max(top, 1e-300), 0.0, 1.0) * (len(colors) - 1)
     srgb = np.stack([np.interp(place, np.arange(len(colors)), colors[:, k]) for k in range(3)], axis=1)
@@ -99,7 +97,7 @@ def _above(scene: Scene, size: tuple[int, int]) -> Camera:
     low, high = scene.bounds
     middle, extent = 0.5 * (low + high), high - low
     height = 1.08 * max(float(extent[2]), float(extent[0]) * size[1] / size[0], 1e-3 * float(extent.max()))
-    eye = middle + (0.0, float(extent.max()), 0.0)
+    eye = middle + np.array([0.0, extent.max(), 0.0])
     return OrthographicCamera(
         position=tuple(eye.tolist()), target=tuple(middle.tolist()), up=(0.0, 0.0, -1.0), height=height
     )

@@ -98,6 +98,26 @@ def test_sums_are_those_of_rays(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(found.hour_hours.sum(axis=0), found.hours, rtol=1e-9)
 
 
+@pytest.mark.parametrize("to", ["faces", "vertices", "points"])
+def test_renderer_sums_what_rays_sum(to: str, rng: np.random.Generator, renderer: gs.Renderer) -> None:
+    # Both decide by the same triangles; a point within float32's rounding of a shadow's border may differ.
+    scene = town(rng)
+    path = gs.SunPath(48.1, 11.6, "2026-06-10T00:00+02:00", "2026-06-11T00:00+02:00", 60.0)
+    where = rng.uniform(-28.0, 28.0, (300, 3)) * (1.0, 0.0, 1.0) + (0.0, 0.5, 0.0) if to == "points" else to
+    found, traced = (gs.sun_hours(scene, path, where, within=0.0, renderer=each) for each in (renderer, RayEyes()))
+    assert found.hours.sum() == pytest.approx(traced.hours.sum(), rel=1e-3)
+    assert np.mean(np.abs(found.hours - traced.hours) > 0.1) < 0.01
+    np.testing.assert_allclose(found.possible, traced.possible)
+
+
+def test_renderer_finds_the_hours_before_a_wall(renderer: gs.Renderer) -> None:
+    path = gs.SunPath(0.0, 0.0, *EQUINOX, 10.0, refraction=False)
+    scene = gs.Scene([wall("north", 10.0, 10.0)])
+    found = gs.sun_hours(scene, path, [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]], within=0.0, renderer=renderer)
+    heights = np.degrees(np.arctan([1.0, 2.0]))
+    assert found.hours == pytest.approx(12.0 - heights / 15.0, abs=0.1)  # half a step
+
+
 def test_sharing_moves_hours_by_what_is_stated(rng: np.random.Generator) -> None:
     # A shadow's border moves by at most `within`, which the sun passes in 4 within / cos(declination) minutes; each point sees a few
     # borders a day. The mean hardly moves, because borders move both ways.
@@ -238,6 +258,11 @@ SHORT = NAIVE.tz_localize("UTC")
         (lambda: gs.sun_hours(CUBE, PATH, [[0, 9, 0]], normals=[[0, 0, 0]]), "normals must not be zero"),
         (lambda: gs.sun_hours(CUBE, PATH, [[0, 9, 0]], normals=[[0, 0]]), "normals must be finite, with shape"),
         (lambda: gs.sun_hours(CUBE, PATH, per_face=0), "per_face must be"),
+        (lambda: gs.sun_hours(CUBE, PATH, seed=-1), "seed must be"),
+        (lambda: gs.sun_hours(CUBE, PATH, cell=0), "cell must be"),
+        (lambda: gs.sun_hours(CUBE, PATH, cell=1e-6), "cell 1e-06 would divide .* take a larger cell"),
+        (lambda: gs.sun_hours(CUBE, PATH, "vertices", cell=1), "cell divides faces"),
+        (lambda: gs.sun_hours(CUBE, PATH).save("a.png"), "must be a file that ends in .csv or .html"),
         (lambda: gs.sun_hours(CUBE, PATH, within=-1), "within must be"),
         (lambda: gs.sun_hours(CUBE, PATH, keep="a.txt"), "keep must be a file that ends in .npz"),
         (lambda: gs.sun_hours(CUBE, PATH, renderer=3), "renderer must be"),
