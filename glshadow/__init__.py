@@ -59,6 +59,8 @@ from glshadow.shadows.shadow import Faces, Shadow
 
 if TYPE_CHECKING:
     from glshadow import batch, image, overlay, scenes, study, video
+    from glshadow.baking.bake import bake
+    from glshadow.baking.baked import Baked
     from glshadow.derive.used import Used
     from glshadow.distorted import render_distorted
     from glshadow.frame import Frame
@@ -104,6 +106,8 @@ _LAZY = {
     "PyrenderRenderer": "glshadow.offscreen",
     "Renderer": "glshadow.renderer",
     "Blockers": "glshadow.reference.blockers",
+    "Baked": "glshadow.baking.baked",
+    "bake": "glshadow.baking.bake",
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
     "ShadowMasks": "glshadow.training.masks",
@@ -165,6 +169,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "AlphaMode",
+    "Baked",
     "Bias",
     "Blockers",
     "BrownDistortion",
@@ -240,6 +245,7 @@ __all__ = [
     "Used",
     "ViewFit",
     "__version__",
+    "bake",
     "batch",
     "blockers",
     "compare",

@@ -98,6 +98,9 @@ def points() -> Iterator[Variant]:
 
 def area() -> Iterator[Variant]:
     """Variants for lights that have a size."""
+    yield Variant("pass/scatter.comp", "core430", {}, {})
+    for parallel, per_sample in product((0, 1), (0, 1)):
+        yield Variant("pass/interpolate.frag", "core430", {}, {"GLS_ORTHO": parallel, "GLS_PER_SAMPLE": per_sample})
     for kind in KINDS:
         defines = projection_defines(kind.projection)
         for silhouettes in (0, 1):
