@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
     from glshadow.insolation.hours import sun_hours
     from glshadow.insolation.result import SunHours
+    from glshadow.inverse.fit import FittedLight, fit_light
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
@@ -101,6 +102,7 @@ _LAZY = {
     "Comparison": "glshadow.ui.compare",
     "Dem": "glshadow.terrain.dem",
     "Explorer": "glshadow.ui.explore",
+    "FittedLight": "glshadow.inverse.fit",
     "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
@@ -123,6 +125,7 @@ _LAZY = {
     "compare": "glshadow.ui.compare",
     "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
+    "fit_light": "glshadow.inverse.fit",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
     "read_colmap": "glshadow.io.colmap",
@@ -193,6 +196,7 @@ __all__ = [
     "Faces",
     "FisheyeDistortion",
     "Fit",
+    "FittedLight",
     "Flip",
     "Frame",
     "GlshadowError",
@@ -251,6 +255,7 @@ __all__ = [
     "compare",
     "explore",
     "export_page",
+    "fit_light",
     "flip",
     "image",
     "load",
