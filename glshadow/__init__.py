@@ -66,6 +66,8 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.insolation.hours import sun_hours
+    from glshadow.insolation.result import SunHours
     from glshadow.inverse.fit import FittedLight, fit_light
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
@@ -114,6 +116,7 @@ _LAZY = {
     "ShadowOutline": "glshadow.outlines.result",
     "ShadowPair": "glshadow.training.pairs",
     "ShadowView": "glshadow.shadows.view",
+    "SunHours": "glshadow.insolation.result",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
     "Truth": "glshadow.reference.truth",
@@ -134,6 +137,7 @@ _LAZY = {
     "shadow_pair": "glshadow.training.pairs",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "sun_hours": "glshadow.insolation.hours",
     "terrain_horizon": "glshadow.terrain.shadow",
     "terrain_shadow": "glshadow.terrain.shadow",
     "to_coco": "glshadow.training.coco",
@@ -236,6 +240,7 @@ __all__ = [
     "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
+    "SunHours",
     "SunPath",
     "Target",
     "TerrainRaster",
@@ -269,6 +274,7 @@ __all__ = [
     "show",
     "study",
     "sun",
+    "sun_hours",
     "terrain_horizon",
     "terrain_shadow",
     "to_coco",
