@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from glshadow.once import render, visibility
     from glshadow.outlines.outline import shadow_outline
     from glshadow.outlines.result import ShadowOutline
+    from glshadow.outlines.surface import SurfaceOutline, surface_outline
     from glshadow.reference.blockers import Blockers, blockers
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
@@ -119,6 +120,7 @@ _LAZY = {
     "SunHours": "glshadow.insolation.result",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
+    "SurfaceOutline": "glshadow.outlines.surface",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
     "blockers": "glshadow.reference.blockers",
@@ -140,6 +142,7 @@ _LAZY = {
     "sun_hours": "glshadow.insolation.hours",
     "terrain_horizon": "glshadow.terrain.shadow",
     "terrain_shadow": "glshadow.terrain.shadow",
+    "surface_outline": "glshadow.outlines.surface",
     "to_coco": "glshadow.training.coco",
     "trace": "glshadow.reference.trace",
     "visibility": "glshadow.once",
@@ -242,6 +245,7 @@ __all__ = [
     "SpotLight",
     "SunHours",
     "SunPath",
+    "SurfaceOutline",
     "Target",
     "TerrainRaster",
     "Texture",
@@ -275,6 +279,7 @@ __all__ = [
     "study",
     "sun",
     "sun_hours",
+    "surface_outline",
     "terrain_horizon",
     "terrain_shadow",
     "to_coco",
