@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
-    from glshadow.once import render
+    from glshadow.once import render, visibility
     from glshadow.outlines.outline import shadow_outline
     from glshadow.outlines.result import ShadowOutline
     from glshadow.reference.blockers import Blockers, blockers
@@ -131,6 +131,7 @@ _LAZY = {
     "terrain_shadow": "glshadow.terrain.shadow",
     "to_coco": "glshadow.training.coco",
     "trace": "glshadow.reference.trace",
+    "visibility": "glshadow.once",
 }
 _MODULES = {
     "batch": "glshadow.batch",
@@ -262,5 +263,6 @@ __all__ = [
     "to_coco",
     "trace",
     "video",
+    "visibility",
 ]  # fmt: skip
 __all__ += _filters.__all__

@@ -13,11 +13,12 @@ from glshadow.derive.backdrop import Sky
 from glshadow.lights import DirectionalLight, Light, SkyLight
 from glshadow.scene.box import default_camera, default_sun
 from glshadow.scene.framing import framing_camera
-from glshadow.shadows.filters import DirectionMaps
+from glshadow.shadows.filters import DirectionMaps, Exact
 from glshadow.shadows.shadow import Shadow
 
 Pair = tuple[float, float]
 
+_KEY = Shadow(filter=Exact(interpolate=True))
 _FILL = Shadow(
     filter=DirectionMaps(64)
 )  # beside a key a quarter of the usual directions is smooth enough, in half the time
@@ -127,6 +128,7 @@ def _studio(camera: Camera, bounds: Array) -> tuple[Light, ...]:
         intensity=1.1 - 0.2 * flat,
         angle=3.0,
         color=(1.0, 0.98, 0.95),
+        shadow=_KEY,
     )
     return key, SkyLight(intensity=0.42 - 0.06 * flat, color=(0.95, 0.98, 1.0), shadow=_FILL)
 
