@@ -59,11 +59,16 @@ from glshadow.shadows.shadow import Faces, Shadow
 
 if TYPE_CHECKING:
     from glshadow import batch, image, overlay, scenes, study, video
+    from glshadow.baking.bake import bake
+    from glshadow.baking.baked import Baked
     from glshadow.derive.used import Used
     from glshadow.distorted import render_distorted
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.insolation.hours import sun_hours
+    from glshadow.insolation.result import SunHours
+    from glshadow.inverse.fit import FittedLight, fit_light
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
@@ -97,17 +102,21 @@ _LAZY = {
     "Comparison": "glshadow.ui.compare",
     "Dem": "glshadow.terrain.dem",
     "Explorer": "glshadow.ui.explore",
+    "FittedLight": "glshadow.inverse.fit",
     "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
     "Renderer": "glshadow.renderer",
     "Blockers": "glshadow.reference.blockers",
+    "Baked": "glshadow.baking.baked",
+    "bake": "glshadow.baking.bake",
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
     "ShadowMasks": "glshadow.training.masks",
     "ShadowOutline": "glshadow.outlines.result",
     "ShadowPair": "glshadow.training.pairs",
     "ShadowView": "glshadow.shadows.view",
+    "SunHours": "glshadow.insolation.result",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
     "Truth": "glshadow.reference.truth",
@@ -116,6 +125,7 @@ _LAZY = {
     "compare": "glshadow.ui.compare",
     "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
+    "fit_light": "glshadow.inverse.fit",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
     "read_colmap": "glshadow.io.colmap",
@@ -127,6 +137,7 @@ _LAZY = {
     "shadow_pair": "glshadow.training.pairs",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "sun_hours": "glshadow.insolation.hours",
     "terrain_horizon": "glshadow.terrain.shadow",
     "terrain_shadow": "glshadow.terrain.shadow",
     "to_coco": "glshadow.training.coco",
@@ -161,6 +172,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "AlphaMode",
+    "Baked",
     "Bias",
     "Blockers",
     "BrownDistortion",
@@ -184,6 +196,7 @@ __all__ = [
     "Faces",
     "FisheyeDistortion",
     "Fit",
+    "FittedLight",
     "Flip",
     "Frame",
     "GlshadowError",
@@ -227,6 +240,7 @@ __all__ = [
     "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
+    "SunHours",
     "SunPath",
     "Target",
     "TerrainRaster",
@@ -235,11 +249,13 @@ __all__ = [
     "Used",
     "ViewFit",
     "__version__",
+    "bake",
     "batch",
     "blockers",
     "compare",
     "explore",
     "export_page",
+    "fit_light",
     "flip",
     "image",
     "load",
@@ -258,6 +274,7 @@ __all__ = [
     "show",
     "study",
     "sun",
+    "sun_hours",
     "terrain_horizon",
     "terrain_shadow",
     "to_coco",

@@ -50,8 +50,8 @@ class PointRequest:
     triangles: NDArray[np.int64] | None
     progress: Progress | None = None
 
-    def part(self, rows: slice) -> Self:
-        """Some of the points."""
+    def part(self, rows: slice | NDArray[np.int64]) -> Self:
+        """Some of the points, or all in another order."""
         normals = None if self.normals is None else self.normals[rows]
         triangles = None if self.triangles is None else self.triangles[rows]
         return replace(self, points=self.points[rows], normals=normals, triangles=triangles)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.derive.coherence import coherent_order
 from glshadow.gl.passes.points import PointTargets
 from glshadow.gl.passes.resolve import write_visibility
 from glshadow.gl.resources import ResourceCache
@@ -15,15 +16,20 @@ from glshadow.scene.nodes import Scene
 
 PART = 1 << 21
 """Points that are tested together: some 200 MB."""
+_MANY = 4  # passes: for fewer, sorting points into a coherent order takes longer than it spares
 
 
 def visibility_of_points(cache: ResourceCache, request: PointRequest) -> NDArray[np.float32]:
     """The visibility (L, N); the context must be current."""
     count, lights = len(request.points), request.lights
     seen = np.zeros((len(lights), count), dtype=np.float32)
+    passes = sum(_MANY if light.has_size else 1 for light in lights)
     for first in range(0, count, PART):
         part = slice(first, min(first + PART, count))
         some = request.part(part)
+        order = coherent_order(some.points) if passes >= _MANY else None
+        if order is not None:
+            some = some.part(order)
         normals = some.normals is not None
         targets = cache.point_targets(part.stop - part.start, normals)
         frame = cache.point_context(request.scene, targets)
@@ -36,7 +42,10 @@ def visibility_of_points(cache: ResourceCache, request: PointRequest) -> NDArray
             receiver = technique.receiver(frame)
             targets.seen.use()
             write_visibility(frame, light, receiver)
-            seen[number, part] = targets.read(part.stop - part.start)
+            if order is None:
+                seen[number, part] = targets.read(part.stop - part.start)
+            else:
+                seen[number, part][order] = targets.read(part.stop - part.start)
             if request.progress is not None:
                 done = len(lights) * first + (number + 1) * (part.stop - part.start)
                 request.progress(done, len(lights) * count, f"light {number + 1} of {len(lights)}")
