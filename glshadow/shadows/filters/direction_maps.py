@@ -18,7 +18,10 @@ TRIANGLES = 1 << 27
 
 @dataclass(frozen=True)
 class DirectionMaps(SizeFilter):
-    """One small shadow map for each of many directions of a sky or environment light, in one atlas; one pass samples them all.
+    """One small shadow map for each of many directions of a light, in one atlas; one pass samples them all.
+
+    For a sky or environment light, or a directional light with an angle; the latter's penumbra is a mean over its maps, whose resolution
+    should be a few hundred texels.
 
     Each pixel of a 2 x 2 block samples a quarter of the maps; visibility is the mean over the pixel and its neighbours on the same surface.
     The maps cover all casters, not what the camera sees: they are drawn again only if the scene or the light changes.
@@ -39,7 +42,7 @@ class DirectionMaps(SizeFilter):
     spelling = "directionmaps"
     needs = Needs.DIRECTIONS
     snippet = "lib/directionmaps.glsl"
-    summary = "COUNT small maps of a sky or environment light's directions, sampled in one pass"
+    summary = "COUNT small maps of the directions of a sky, an environment or a wide sun, sampled in one pass"
     source = "Pharr, Green 2004"
     fails = "loses what is smaller than a texel, 1/128 of the scene"
     resolution = 128
@@ -50,9 +53,10 @@ class DirectionMaps(SizeFilter):
         return self.count or MOST
 
     def check_light(self, name: str) -> None:
-        """It serves none of them."""
+        """It serves none of them; a directional light that has a size does not ask."""
         raise SettingsError(
-            f"{self!r} is for light from many directions, that of SkyLight and EnvironmentLight: for {name} use Exact() or LightSamples()"
+            f"{self!r} is for light from many directions, that of SkyLight, EnvironmentLight and DirectionalLight(angle=): for another "
+            f"{name} use Exact() or LightSamples()"
         )
 
     def of_scene(self, triangles: int) -> Self:
