@@ -6,16 +6,18 @@ from collections.abc import Hashable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.spaces import ClipSpace
 from glshadow.derive.compare import rounding_of
 from glshadow.derive.direction_maps import FINE, MOST_SLACK, REACH, DirectionViews, direction_views, rows_of
+from glshadow.derive.near_casters import NearCasters, near_casters
 from glshadow.derive.resolved import CasterSettings
 from glshadow.derive.used import Used
 from glshadow.errors import SettingsError
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
-from glshadow.gl.driver.entry_points import RGBA32F
+from glshadow.gl.driver.entry_points import R32UI, RG32UI, RGBA32F
 from glshadow.gl.driver.targets import release
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.direction_maps import DirectionAtlas
@@ -41,10 +43,14 @@ class Directions(Technique):
         self._atlas = DirectionAtlas(context)
         self._drawn: Hashable = None  # key of what the atlas holds
         self._table: BufferTexture | None = None
-        self._written: Hashable = None  # key of what it holds
+        self._towards: BufferTexture | None = None
+        self._horizon = np.zeros(3)
+        self._written: Hashable = None  # key of what they hold
         self._lights: tuple[Light, ...] = ()
         self._sets, self._length = 1, 0
         self.found: DirectionViews | None = None
+        self._near: NearCasters | None = None
+        self._near_buffers: tuple[BufferTexture, ...] = ()
         self._counted: Hashable = None
         self._image_counts, self._sample_counts = Counts(context), Counts(context)
 
@@ -56,7 +62,8 @@ class Directions(Technique):
     def update(self, frame: FrameContext) -> Used:
         """Draw the maps, unless those of this scene and light are kept."""
         scene, shadow = frame.scene, self._shadow
-        filter_ = shadow.filter.of_scene(int(np.array([gpu.count for gpu in scene.meshes])[scene.casts].sum()))
+        triangles = int(np.array([gpu.count for gpu in scene.meshes])[scene.casts].sum())
+        filter_ = shadow.filter.of_scene(triangles, self.light.per_channel)
         count = filter_.points_of_light
         clip = ClipSpace(frame.caps.clip_control, False)
         settings = CasterSettings(Target.DEPTH32F, ReceiverPlaneBias(), shadow.requested.faces)
@@ -68,8 +75,9 @@ class Directions(Technique):
             self._drawn = key
         views = self.found.views if self.found else ()
         why = f"{shadow.why}; {len(views)} maps of {shadow.resolution} x {shadow.resolution}"
-        if count < shadow.filter.points_of_light and self.found:
-            why += f", not {shadow.filter.points_of_light} since the scene is large"
+        usual = shadow.filter.points_of_light
+        if count != usual and self.found:
+            why += f", not {usual} since the scene is {'large' if count < usual else 'small'}"
         return Used((), filter_, settings.bias, settings.target, clip, settings.faces, draws, why=why)
 
     def _draw(self, frame: FrameContext, count: int, clip: ClipSpace, settings: CasterSettings) -> int:
@@ -87,8 +95,29 @@ class Directions(Technique):
                 f"the driver's limit is {limit}: lower Shadow.resolution or the count of DirectionMaps"
             )
         draws = self._atlas.draw(frame, self.light, casting, found, settings, self._shadow.filter)
+        self._list_near(frame, casting, found, settings)
         self.found, self._lights = found, lights
         return draws
+
+    def _list_near(
+        self, frame: FrameContext, casting: NDArray[np.bool_], found: DirectionViews, settings: CasterSettings
+    ) -> None:
+        """List the opaque triangles that are near receivers."""
+        release(*self._near_buffers)
+        self._near, self._near_buffers = None, ()
+        scene = frame.scene
+        if settings.faces is not None:
+            return
+        plain = casting & ~scene.round & ~np.array([gpu.cut_out for gpu in scene.meshes])
+        triangles, places = scene.world.triangles, scene.world.positions
+        corners = places[triangles[plain[triangles[:, 3]], :3]].astype(np.float64) - (found.middle - scene.origin)
+        self._near = near_casters(corners @ self.light.frame((), scene.origin)[:3, :3].T, found.texel)
+        if self._near is None:
+            return
+        padded = np.zeros((len(self._near.corners), 3, 4), dtype=np.float32)
+        padded[..., :3] = self._near.corners
+        made = ((self._near.heads, RG32UI), (self._near.links, R32UI), (padded.reshape(-1, 4), RGBA32F))
+        self._near_buffers = tuple(texture_buffer(self._context, data, format_) for data, format_ in made)
 
     def _write_table(self, frame: FrameContext) -> None:
         """Upload the rows of the directions that each pixel samples."""
@@ -98,11 +127,17 @@ class Directions(Technique):
         if self._written == key:
             return
         axes = self.light.frame((), frame.scene.origin)[:3, :3]
-        rows = rows_of(self.found, self._lights, axes, self.light.per_channel, fine)
+        rows = rows_of(self.found, self._lights, axes, self.light.per_channel, fine, self._shadow.filter.points_of_light)
         self._sets, self._length = rows.shape[:2]
-        release(self._table)
-        self._table = self._written = None
+        release(self._table, self._towards)
+        self._table = self._towards = self._written = None
         self._table = texture_buffer(self._context, rows.reshape(-1, 4), RGBA32F)
+        towards = np.zeros((self._sets * self._length, 4), dtype=np.float32)
+        towards[:, :3] = np.cross(rows[:, :, 0, :3], rows[:, :, 1, :3]).reshape(-1, 3)
+        self._towards = texture_buffer(self._context, towards, RGBA32F)
+        axis = towards[:, :3].sum(axis=0)
+        axis /= max(float(np.linalg.norm(axis)), 1e-30)
+        self._horizon = axis if (towards[:, :3] @ axis).min() > 0.0 else np.zeros(3)
         self._written = key
 
     @property
@@ -123,7 +158,7 @@ class Directions(Technique):
         if self._sets > 1:
             pattern = replace(
                 pattern,
-                defines={**pattern.defines, "GLS_PATTERN": 1},
+                defines={**pattern.defines, "GLS_PATTERN": self._sets},
                 uniforms={**pattern.uniforms, "u_pixel": frame.camera_view.pixel(1.0)},
             )
         return replace(pattern, per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample))
@@ -147,16 +182,36 @@ class Directions(Technique):
         middle = receiver.axes @ (found.middle - frame.scene.origin) + receiver.offset
         view = frame.camera_view
         reach = float(np.abs(view.eye - frame.scene.origin).max()) + view.reach
+        near_uniforms: dict[str, tuple[float, ...]] = {}
+        if self._near is not None:
+            rounding = 2.0 * rounding_of(reach) + 1e-6 * found.radius
+            near_uniforms = {
+                "u_near_horizon": (*self._horizon, rounding if self._horizon.any() else -1.0),
+                "u_near_grid": (*self._near.low, 1.0 / self._near.cell),
+                "u_near_cells": self._near.shape,
+                "u_near_reach": (found.texel, rounding, self._near.reach),
+            }
         return replace(
             receiver,
             slots=direction_slots(),
-            defines={"GLS_DIRECTIONS": self._length, "GLS_SETS": self._sets, "GLS_BITS": int(atlas.in_bits)},
+            defines={
+                "GLS_DIRECTIONS": self._length,
+                "GLS_SETS": self._sets,
+                "GLS_BITS": int(atlas.in_bits),
+                "GLS_NEAR": int(self._near is not None),
+            },
             uniforms={
+                **near_uniforms,
                 "u_ball": (*middle, found.radius),
                 "u_direction_slack": (FACET_SLOPE, REACH, MOST_SLACK),
                 "u_direction_map": (self._shadow.resolution - 1.0, rounding_of(reach)),
             },
-            textures={"u_directions": self._table, "u_maps": (atlas.texture, frame.samplers.plain)},
+            textures={
+                "u_directions": self._table,
+                "u_maps": (atlas.texture, frame.samplers.plain),
+                **dict(zip(("u_near_heads", "u_near_links", "u_near_corners"), self._near_buffers, strict=False)),
+                **({"u_towards": self._towards} if self._near is not None else {}),
+            },
         )
 
     def _counts_receiver(self, frame: FrameContext, counts: Counts) -> Receiver:
@@ -169,4 +224,4 @@ class Directions(Technique):
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self._atlas, self._table, self._image_counts, self._sample_counts)
+        release(self._atlas, self._table, self._towards, *self._near_buffers, self._image_counts, self._sample_counts)
