@@ -17,6 +17,7 @@ LARGE = 4.0
 """Texels: longest edge."""
 _NEAR, _NEAR_OF_MANY = 4.0, 2.75  # texels: farther triangles are left to the maps, which miss what is nearer than slack and half a texel
 _MOST, _MOST_OF_MANY = 48, 24  # triangles of a cell, the largest: more are left to the maps
+_CELLS = 48  # along the longest side, at most
 _PIECES = 40_000  # of all triangles, each no larger than a cell: of more, the largest triangles are listed
 
 
@@ -29,7 +30,7 @@ class NearCasters:
     corners : (T, 3, 3) float64
         Triangles.
     heads : (Z Y X, 2) uint32
-        First link and number of links of each cell, x fastest.
+        First link and number of links of each cell, x fastest; bit 31 of the number: all triangles within `reach` are listed.
     links : (L,) uint32
         Triangles.
     low : (3,) float64
@@ -40,6 +41,8 @@ class NearCasters:
         Cells along x, y and z.
     reach : float
         Distance up to which triangles are listed.
+    complete : bool
+        Whether every cell lists all of them.
     """
 
     corners: Array
@@ -49,23 +52,25 @@ class NearCasters:
     cell: float
     shape: tuple[int, int, int]
     reach: float
+    complete: bool
 
 
-def near_casters(corners: Array, texel: float) -> NearCasters | None:
+def near_casters(corners: Array, texel: float, few: bool, alone: bool = True) -> NearCasters | None:
     """Lists of the triangles (T, 3, 3) that are near each cell; None if none is worth it.
 
-    `texel`: edge of a texel of the coarsest map, in their units.
+    `texel`: edge of a texel of the coarsest map, in their units. `few`: all are listed, not only large ones. `alone`: nothing else casts.
     """
-    few = len(corners) <= ALL
     reach, most = (_NEAR * texel, _MOST) if few else (_NEAR_OF_MANY * texel, _MOST_OF_MANY)
     edges = corners[:, [1, 2, 0]] - corners
     longest = np.sqrt((edges**2).sum(axis=2)).max(axis=1)
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 2]), axis=1)
     chosen = np.flatnonzero((area > 0.0) & ((longest > LARGE * texel) | few))
     chosen = chosen[np.argsort(-area[chosen], kind="stable")]
-    cell = CELL * texel
+    cell = max(CELL * texel, float(np.ptp(corners.reshape(-1, 3), axis=0).max()) / _CELLS) if len(corners) else 0.0
     pieces = np.cumsum(1.0 + area[chosen] / cell**2 + 2.0 * longest[chosen] / cell)
-    chosen = chosen[: int(np.searchsorted(pieces, _PIECES))]
+    fitting = int(np.searchsorted(pieces, _PIECES))
+    complete = few and alone and fitting == len(chosen)
+    chosen = chosen[:fitting]
     if not len(chosen):
         return None
     corners = corners[chosen]
@@ -87,11 +92,12 @@ def near_casters(corners: Array, texel: float) -> NearCasters | None:
     amounts = np.bincount(cells, minlength=int(shape.prod()))
     starts = np.cumsum(amounts) - amounts
     kept = np.arange(len(pairs)) - starts[cells] < most
+    whole = (amounts <= most) & complete
     amounts = np.minimum(amounts, most)
-    heads = np.stack([np.cumsum(amounts) - amounts, amounts], axis=1)
+    heads = np.stack([np.cumsum(amounts) - amounts, amounts | whole.astype(np.int64) << 31], axis=1)
     return NearCasters(
         corners, heads.astype(np.uint32), triangles[kept].astype(np.uint32), low, cell,
-        (int(shape[0]), int(shape[1]), int(shape[2])), reach,
+        (int(shape[0]), int(shape[1]), int(shape[2])), reach, bool(whole.all()),
     )  # fmt: skip
 
 

@@ -68,6 +68,7 @@ DirectionSums sum_directions(ivec2 pixel, vec3 position, vec3 normal, vec3 lit_n
     vec3 moved = vec3(0.0);
     uint blocked = near_blocked(list, start, normal, row / GLS_DIRECTION_ROWS, part, moved);
     looked_up = start + moved;
+    float known = is_complete(list) ? u_near_reach.z - length(moved) : 0.0;
 #else
     const uint blocked = 0u;
     int part = count;
@@ -94,7 +95,11 @@ DirectionSums sum_directions(ivec2 pixel, vec3 position, vec3 normal, vec3 lit_n
         float tilt = sqrt(max(1.0 - leaning.z * leaning.z, 0.0)) * slope;
         float facet = u_direction_slack.x * (1.0 + tilt * tilt) / max(1.0 - u_direction_slack.x * tilt, 1e-3);
         float slack = max(texel.x, texel.y) * min(u_direction_slack.y * facet, u_direction_slack.z) + u_direction_map.y;
-        float depth = dot(leaning.xy, aside) * slope - dot(towards, from) - slack;
+        float rise = dot(leaning.xy, aside) * slope;
+#if GLS_NEAR
+        slack = max(slack, known - sqrt(dot(aside, aside) + rise * rise)); // nearer casters are tested by rays
+#endif
+        float depth = rise - dot(towards, from) - slack;
 #if GLS_BITS
         float stored = uintBitsToFloat(texelFetch(u_maps, ivec2(at + texel.zw), 0).r);
 #else

@@ -1,6 +1,6 @@
 // Rays from a receiver to some directions of light against the triangles near it, and where a map is looked up instead, so that its texel's
 // centre is not beyond such a triangle. Lists of cells: glshadow.derive.near_casters. Exact up to float32: neighbours share edges' signs.
-uniform usamplerBuffer u_near_heads; // per cell: first link, number of links
+uniform usamplerBuffer u_near_heads; // per cell: first link, number of links; bit 31 of it: all that is near is listed
 uniform usamplerBuffer u_near_links; // triangles
 uniform samplerBuffer u_near_corners; // three for each triangle, relative to the middle of the casters
 uniform samplerBuffer u_towards; // unit directions, in the order of u_directions
@@ -16,10 +16,14 @@ uvec2 near_list(vec3 start) {
     return texelFetch(u_near_heads, int((at.z * u_near_cells.y + at.y) * u_near_cells.x + at.x)).rg;
 }
 
+bool is_complete(uvec2 list) { // it holds all triangles up to u_near_reach.z
+    return list.y >= 0x80000000u;
+}
+
 // Bits of `count` directions from `first` on that are blocked; `aside`: moves away from walls, along the receiver's plane.
 uint near_blocked(uvec2 list, vec3 start, vec3 normal, int first, int count, inout vec3 aside) {
-    uint blocked = 0u;
-    for (uint link = list.x; link < list.x + list.y; link++) {
+    uint blocked = 0u, end = list.x + (list.y & 0x7fffffffu);
+    for (uint link = list.x; link < end; link++) {
         int corner = 3 * int(texelFetch(u_near_links, int(link)).r);
         vec3 a = texelFetch(u_near_corners, corner).xyz - start, b = texelFetch(u_near_corners, corner + 1).xyz - start;
         vec3 c = texelFetch(u_near_corners, corner + 2).xyz - start;

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import ClipSpace
 from glshadow.derive.compare import rounding_of
 from glshadow.derive.direction_maps import FINE, MOST_SLACK, REACH, DirectionViews, direction_views, rows_of
-from glshadow.derive.near_casters import NearCasters, near_casters
+from glshadow.derive.near_casters import ALL, LARGE, NearCasters, near_casters
 from glshadow.derive.resolved import CasterSettings
 from glshadow.derive.used import Used
 from glshadow.errors import SettingsError
@@ -25,6 +25,7 @@ from glshadow.gl.passes.per_sample import PerSample
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.resolve import count_seen
 from glshadow.gl.scene.bodies import casters_among
+from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.techniques.counts import Counts
 from glshadow.gl.techniques.technique import Technique, open_receiver
 from glshadow.lights import Light
@@ -32,6 +33,8 @@ from glshadow.shader.slots import direction_slots, precomputed_slots
 from glshadow.shadows.bias import FACET_SLOPE, ReceiverPlaneBias
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import ResolvedShadow
+
+_SMALLEST = 4.0  # texels
 
 
 class Directions(Technique):
@@ -49,6 +52,7 @@ class Directions(Technique):
         self._lights: tuple[Light, ...] = ()
         self._sets, self._length = 1, 0
         self.found: DirectionViews | None = None
+        self._coarse: tuple[str, ...] = ()
         self._near: NearCasters | None = None
         self._near_buffers: tuple[BufferTexture, ...] = ()
         self._counted: Hashable = None
@@ -78,7 +82,8 @@ class Directions(Technique):
         usual = shadow.filter.points_of_light
         if count != usual and self.found:
             why += f", not {usual} since the scene is {'large' if count < usual else 'small'}"
-        return Used((), filter_, settings.bias, settings.target, clip, settings.faces, draws, why=why)
+        fallbacks = self._coarse if self.found else ()
+        return Used((), filter_, settings.bias, settings.target, clip, settings.faces, draws, fallbacks, why=why)
 
     def _draw(self, frame: FrameContext, count: int, clip: ClipSpace, settings: CasterSettings) -> int:
         scene = frame.scene
@@ -96,8 +101,23 @@ class Directions(Technique):
             )
         draws = self._atlas.draw(frame, self.light, casting, found, settings, self._shadow.filter)
         self._list_near(frame, casting, found, settings)
+        self._coarse = self._lost(scene, casting, found.texel)
         self.found, self._lights = found, lights
         return draws
+
+    def _lost(self, scene: GpuScene, casting: NDArray[np.bool_], texel: float) -> tuple[str, ...]:
+        """The fallback of maps whose texels are as large as most of what casts."""
+        if self._near is not None and self._near.complete:
+            return ()
+        sizes = np.linalg.norm(np.ptp(scene.corners[casting], axis=1), axis=1)
+        counts = np.array([gpu.count for gpu in scene.meshes])[casting]
+        small = sizes < _SMALLEST * texel
+        if 2 * counts[small].sum() <= counts.sum():
+            return ()
+        return (
+            f"{small.sum()} of {len(small)} casting nodes are smaller than {_SMALLEST:g} texels of the maps, which are {texel:.2g} wide "
+            "since they cover all casters: their contact shadows are lost; give a larger Shadow.resolution, or Exact()",
+        )
 
     def _list_near(
         self, frame: FrameContext, casting: NDArray[np.bool_], found: DirectionViews, settings: CasterSettings
@@ -110,10 +130,16 @@ class Directions(Technique):
             return
         plain = casting & ~scene.round & ~np.array([gpu.cut_out for gpu in scene.meshes])
         triangles, places = scene.world.triangles, scene.world.positions
-        corners = places[triangles[plain[triangles[:, 3]], :3]].astype(np.float64) - (found.middle - scene.origin)
-        self._near = near_casters(corners @ self.light.frame((), scene.origin)[:3, :3].T, found.texel)
-        if self._near is None:
+        corners = places[triangles[plain[triangles[:, 3]], :3]]
+        few = len(corners) <= ALL
+        if not few:  # in float32: most are left out
+            corners = corners[np.ptp(corners, axis=1).max(axis=1) > 0.5 * LARGE * found.texel]
+        moved = corners.astype(np.float64) - (found.middle - scene.origin)
+        alone = bool((plain == casting).all())
+        near = near_casters(moved @ self.light.frame((), scene.origin)[:3, :3].T, found.texel, few, alone)
+        if near is None or max(len(near.links), len(near.heads)) > frame.caps.max_texture_buffer_size:
             return
+        self._near = near
         padded = np.zeros((len(self._near.corners), 3, 4), dtype=np.float32)
         padded[..., :3] = self._near.corners
         made = ((self._near.heads, RG32UI), (self._near.links, R32UI), (padded.reshape(-1, 4), RGBA32F))
