@@ -59,6 +59,8 @@ from glshadow.shadows.shadow import Faces, Shadow
 
 if TYPE_CHECKING:
     from glshadow import batch, image, overlay, scenes, study, video
+    from glshadow.baking.bake import bake
+    from glshadow.baking.baked import Baked
     from glshadow.derive.used import Used
     from glshadow.distorted import render_distorted
     from glshadow.frame import Frame
@@ -67,7 +69,7 @@ if TYPE_CHECKING:
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
-    from glshadow.once import render
+    from glshadow.once import render, visibility
     from glshadow.outlines.outline import shadow_outline
     from glshadow.outlines.result import ShadowOutline
     from glshadow.reference.blockers import Blockers, blockers
@@ -102,6 +104,8 @@ _LAZY = {
     "PyrenderRenderer": "glshadow.offscreen",
     "Renderer": "glshadow.renderer",
     "Blockers": "glshadow.reference.blockers",
+    "Baked": "glshadow.baking.baked",
+    "bake": "glshadow.baking.bake",
     "Caster": "glshadow.gl.foreign.shaders",
     "ShadowMap": "glshadow.gl.foreign.shaders",
     "ShadowMasks": "glshadow.training.masks",
@@ -131,6 +135,7 @@ _LAZY = {
     "terrain_shadow": "glshadow.terrain.shadow",
     "to_coco": "glshadow.training.coco",
     "trace": "glshadow.reference.trace",
+    "visibility": "glshadow.once",
 }
 _MODULES = {
     "batch": "glshadow.batch",
@@ -160,6 +165,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "AlphaMode",
+    "Baked",
     "Bias",
     "Blockers",
     "BrownDistortion",
@@ -234,6 +240,7 @@ __all__ = [
     "Used",
     "ViewFit",
     "__version__",
+    "bake",
     "batch",
     "blockers",
     "compare",
@@ -262,5 +269,6 @@ __all__ = [
     "to_coco",
     "trace",
     "video",
+    "visibility",
 ]  # fmt: skip
 __all__ += _filters.__all__

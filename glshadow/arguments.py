@@ -87,12 +87,12 @@ def _level(scene: Scene, lights: tuple[Light, ...]) -> float:
     return light_level(lights, *surface_samples(rest or scene))
 
 
-def as_scene(source: Any, ground: bool | str = False, look: str | None = None, usual: str = "studio") -> Scene:
+def as_scene(source: Any, ground: bool | str | None = False, look: str | None = None, usual: str = "studio") -> Scene:
     """A scene itself, so that its cached data stays valid; anything else is converted by `load`. Optionally adds ground and look of `load`.
 
     `usual`: the look, if none is given, of a source that has none and no lights; other than "studio" only without ground and look.
     """
-    if isinstance(source, Scene) and ground is False and look is None:
+    if isinstance(source, Scene) and not ground and look is None:
         return source
     from glshadow.io.limits import Budget
     from glshadow.io.load import load, read_scene  # slow to import

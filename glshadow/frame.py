@@ -225,7 +225,8 @@ class Frame:
         show(self.image)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the frame: .png, .jpg and .tif the image; .exr all float outputs as named channels; .npz all outputs as arrays.
+        """Write the frame: .png, .jpg and .tif the image; .exr all float outputs as named channels, and `exposure` (stops) and `tone`
+        in its header; .npz all outputs as arrays.
 
         An .npz has the arrays under the names of the outputs (of several shadow maps `shadow_maps_0` and so on, without timings), the
         names of the scene's nodes as `nodes`, `near` and `far`, the pose `R`, `t` and, of a perspective camera, the intrinsic matrix `K`
@@ -245,7 +246,10 @@ class Frame:
         if path.suffix.lower() == ".npz":
             archive.write(path, self._arrays())
             return
-        image.write(path, self._channels() if path.suffix.lower() == ".exr" else self.image)
+        if path.suffix.lower() == ".exr":
+            image.write(path, self._channels(), {"exposure": float(self.exposure), "tone": self.tone})
+        else:
+            image.write(path, self.image)
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         """Everything that plain arrays hold, by name."""

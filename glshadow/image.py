@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from glshadow.core.setting import as_path, numbers_in, refuse, text
 from glshadow.errors import SceneError, SettingsError
 from glshadow.files import replacing, temporary
+from glshadow.jpeg import MAGIC_JPEG, SCAN, jpeg, jpeg_size
 from glshadow.signals import undisturbed
 
 __all__ = ["Header", "header", "read", "write"]
 
 Pixels = NDArray[Any]
+Attributes = Mapping[str, float | str]
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 FRAME_SUFFIXES = (*SUFFIXES, ".npz")  # what a frame is saved as
@@ -29,9 +31,6 @@ LARGEST_IMAGE = 1 << 28
 # zlib level, and PNG_FILTER_SUB alone: 1280 x 720 in 20 ms, all filters need 50 for the same size (measured)
 PNG_LEVEL, PNG_FILTER = 2, 16
 PNG_END = bytes.fromhex("0000000049454e44ae426082")  # the IEND chunk
-JPEG_QUALITY = 95
-# The start of a JPEG, and of each of its scans; within their data FF never occurs alone.
-MAGIC_JPEG, SCAN = b"\xff\xd8", b"\xff\xda"
 MAGIC = ((b"\x89PNG", ".png"), (MAGIC_JPEG, ".jpg"), (b"RIFF", ".webp"), (b"II*\0", ".tif"), (b"MM\0*", ".tif"))
 
 
@@ -70,7 +69,7 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
         else _bytes(as_path("image", source), MAGIC_JPEG)
     )
     if data.startswith(MAGIC_JPEG):
-        width, height = _jpeg_size(data)
+        width, height = jpeg_size(data)
         return Header((width, height), width * height * (3 + data.count(SCAN)))
     with opened(source) as (reader, _):
         spec = reader.spec()
@@ -85,22 +84,6 @@ def _bytes(path: Path, magic: bytes = b"") -> bytes:
     with path.open("rb") as file:
         head = file.read(len(magic))
         return head + file.read() if head == magic else head
-
-
-def _jpeg_size(data: bytes) -> tuple[int, int]:
-    """Width and height from the frame header; OpenImageIO would decode every scan first. Markers are found as in libjpeg."""
-    at = data.find(b"\xff", 2)
-    while 0 <= at < len(data) - 8:
-        marker = data[at + 1]
-        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
-            return int.from_bytes(data[at + 7 : at + 9], "big"), int.from_bytes(data[at + 5 : at + 7], "big")
-        if marker == 0xFF:  # fill byte
-            at += 1
-        elif marker in (0x00, 0x01) or 0xD0 <= marker <= 0xD8:  # markers without a length
-            at = data.find(b"\xff", at + 2)
-        else:
-            at = data.find(b"\xff", at + 2 + int.from_bytes(data[at + 2 : at + 4], "big"))
-    raise SceneError("a JPEG without a frame header cannot be read as an image")
 
 
 def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
@@ -157,8 +140,7 @@ def opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
 def _file(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Path, str]]:
     """A file that OpenImageIO's Python module can open (it reads nothing else), and the image's name in messages."""
     if not isinstance(source, bytes | bytearray | memoryview):
-        path = as_path("image", source)
-        name = str(path)
+        name = str(path := as_path("image", source))
         if path.is_file() and _utf8(path):
             yield path, name
             return
@@ -199,7 +181,9 @@ def frame_path(name: str, value: Any) -> Path:
     return image_path(name, value, FRAME_SUFFIXES)
 
 
-def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) -> None:
+def write(
+    path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels], attributes: Attributes | None = None
+) -> None:  # fmt: skip
     """Write an image. The write is atomic, and equal pixels give equal bytes.
 
     Parameters
@@ -211,6 +195,8 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
         name -> (H, W, 3) or (H, W, 4) are ``name.R``, ``name.G``, ``name.B``, ``name.A``, where the names "", "RGB" and
         "RGBA" leave plain R, G, B, A.
         Floating-point and integer arrays become float32.
+    attributes : mapping, optional
+        Numbers and texts by their names, for the header of an .exr.
 
     Raises
     ------
@@ -223,15 +209,15 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
     suffix = path.suffix.lower()
     names, pixels = _channels(path, image)
     if pixels.dtype != np.uint8 and suffix not in FLOAT_SUFFIXES:
+        known = ", ".join(FLOAT_SUFFIXES)
         raise SettingsError(
-            f"{path}: {suffix} holds uint8 images, got {pixels.dtype}; write {', '.join(FLOAT_SUFFIXES)} or convert "
-            "to uint8 first"
+            f"{path}: {suffix} holds uint8 images, got {pixels.dtype}; write {known} or convert to uint8 first"
         )
     if suffix == ".exr":
         pixels = pixels.astype(np.float32) / (255.0 if pixels.dtype == np.uint8 else 1.0)
     if suffix in (".jpg", ".jpeg") and pixels.shape[2] == 4:
         raise SettingsError(f"{path}: JPEG has no alpha; give (H, W, 3)")
-    _replace(path, suffix, names, np.ascontiguousarray(pixels))
+    _replace(path, suffix, names, np.ascontiguousarray(pixels), (attributes or {}) if suffix == ".exr" else {})
 
 
 def _channels(path: Path, image: Pixels | Mapping[str, Pixels]) -> tuple[list[str], Pixels]:
@@ -271,13 +257,13 @@ def _single(pixels: Pixels) -> Pixels:
         return pixels.astype(np.float32)
 
 
-def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
+def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels, attributes: Attributes) -> None:
     """Write next to `path`, then rename: readers never see half a file, even after Ctrl-C."""
     with replacing(path) as part:
         if not _utf8(part):
             raise OSError("the name of its folder is not UTF-8; write elsewhere and move it")
         try:
-            _write_file(part, suffix, names, pixels)
+            _write_file(part, suffix, names, pixels, attributes)
         except OSError as error:
             _reserve_space(part, pixels.nbytes)
             raise OSError(str(error).replace(str(part), path.name)) from None
@@ -299,18 +285,6 @@ def _utf8(path: Path) -> bool:
     return True
 
 
-def _jpeg(pixels: NDArray[np.uint8]) -> bytes:
-    """Encode with Pillow: on a full disk the libjpeg inside OpenImageIO (3.0) ends the process."""
-    import io
-
-    from PIL import Image
-
-    stream = io.BytesIO()
-    picture = Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
-    picture.save(stream, "JPEG", quality=JPEG_QUALITY, subsampling=0)  # 4:4:4: thin shadow edges keep their colour
-    return stream.getvalue()
-
-
 def _check_png(path: Path) -> None:
     """Raise an OSError for a truncated PNG: OpenImageIO (3.0) does not notice a full disk."""
     with path.open("rb") as file:
@@ -319,9 +293,9 @@ def _check_png(path: Path) -> None:
             raise OSError("its end is missing; is the disk full?")
 
 
-def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
+def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels, attributes: Attributes) -> None:
     if suffix in (".jpg", ".jpeg"):
-        path.write_bytes(_jpeg(pixels))
+        path.write_bytes(jpeg(pixels))
         return
     with undisturbed():
         import OpenImageIO as oiio
@@ -331,6 +305,8 @@ def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels) -> No
     spec.channelnames = tuple(names)
     spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("DateTime", "")  # otherwise EXR and TIFF contain the time of writing
+    for name, value in attributes.items():
+        spec.attribute(name, value)
     if suffix == ".png":
         spec.attribute("png:compressionLevel", PNG_LEVEL)
         spec.attribute("png:filter", PNG_FILTER)

@@ -1,38 +1,36 @@
-"""Renderer: draws one frame: camera pass, each light's shadow, lighting, read-back."""
+"""Renderer: draws one frame: camera pass, each light's shadow, lighting, read-back. Also the visibility of lights from given points."""
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
-from typing import Any, Self, TypedDict, TypeVar, Unpack
+from typing import TypedDict, TypeVar, Unpack
 
 import moderngl
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from glshadow.arguments import DEFAULT_SIZE, frame_arguments, frame_request
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
 from glshadow.core.outputs import NAMES, checked_outputs
 from glshadow.core.sampling import DEFAULT_SAMPLES
-from glshadow.core.setting import instance, optional, shown
+from glshadow.core.setting import shown
 from glshadow.core.tone import Exposure
+from glshadow.derive.backdrop import place_before
 from glshadow.derive.look import OWN_BACKGROUND, Ambient, look_of
-from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected
+from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.gl.draw import draw_frame
-from glshadow.gl.driver.context import Backend, backend_of, open_context
-from glshadow.gl.resources import ResourceCache
+from glshadow.gl.driver.context import Backend
+from glshadow.gl.points import visibility_of_points
+from glshadow.lifetime import Lifetime
 from glshadow.lights import Light, Lights
+from glshadow.point_arguments import Progress, point_request
 from glshadow.scene.nodes import Scene
 from glshadow.traced import drawn_part, with_traced
 
 T = TypeVar("T")
-
-_OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
-"""Errors of numerical code. Cache entries get their key once they are complete, so these errors leave nothing half made."""
-_DEFECTS = (AssertionError, AttributeError, TypeError, moderngl.Error)
-"""Other errors that only a defect raises. Signal handlers may raise the rest, at any line."""
-
 
 DEFAULT_OUTPUTS = ("image", "visibility")
 
@@ -50,7 +48,7 @@ class RenderOptions(TypedDict, total=False):
     max_ms: float | None
 
 
-class Renderer:
+class Renderer(Lifetime):
     """Renders scenes with shadows, in an OpenGL context of its own or in a given one.
 
     Parameters
@@ -73,38 +71,8 @@ class Renderer:
     def __init__(
         self, backend: Backend = "auto", context: moderngl.Context | None = None, device: int | None = None
     ) -> None:
-        self._backend = backend_of(backend, device)
         self._choices = Choices()
-        self._context = open_context(self._backend, optional(instance(moderngl.Context))("context", context))
-        self._cache: ResourceCache | None = None
-        with self._context.drawing():
-            self._cache = ResourceCache(self._context)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
-
-    def release(self) -> None:
-        """Free what the renderer owns on the GPU, and its context if it is its own. May be called twice.
-
-        One with a context of its own that is dropped without it is freed by Python's garbage collector.
-        """
-        if self._context.released:
-            return
-        if self._context.lost:  # and everything in it
-            self._context.release()
-            return
-        if self._cache is not None:
-            with self._context.drawing():
-                self._cache.release()
-        self._context.release()
-
-    @property
-    def info(self) -> dict[str, Any]:
-        """Backend, driver and the driver's limits."""
-        return dict(vars(self._context.caps))
+        super().__init__(backend, context, device)
 
     def render(
         self,
@@ -159,9 +127,10 @@ class Renderer:
         SettingsError, SceneError, ResourceError, ShaderError
             Named errors; never a blank image.
         """
-        if self._context.released:
-            raise GlshadowError("this renderer was released: make a new one")
-        request = frame_request(scene, camera, lights, size, outputs, ambient, background, samples, exposure, tone)
+        self._check_alive()
+        sky = scene.defaults.sky if isinstance(scene, Scene) and isinstance(background, str) else None
+        behind = None if sky and background == OWN_BACKGROUND else background
+        request = frame_request(scene, camera, lights, size, outputs, ambient, behind, samples, exposure, tone)
         budget = Budget(max_wrong=max_wrong, max_ms=max_ms)
         if budget.given:
 
@@ -174,35 +143,50 @@ class Renderer:
             last = partial(draw, samples=samples)
             names = tuple(each for each in NAMES if each in request.outputs)
             return self._choices.render(draw, last, scene, request.lights, request.size, budget, names)
-        with self._context.drawing():
-            try:
-                if self._cache is None:  # the last frame was interrupted
-                    self._cache = ResourceCache(self._context)
-                drawn = draw_frame(self._cache, drawn_part(request))
-            except (GlshadowError, GlshadowWarning):
-                self._context.recover()
-                raise
-            except BaseException as error:
-                if isinstance(error, _OF_NUMBERS):
-                    self._context.recover()
-                else:
-                    self._start_over(interrupted=not isinstance(error, (MemoryError, *_DEFECTS)))
-                if isinstance(error, MemoryError):
-                    raise ResourceError(
-                        f"there is not enough memory for {request.size[0]} x {request.size[1]} pixels of "
-                        f"{', '.join(sorted(request.outputs))}; use a smaller image"
-                    ) from error
-                if isinstance(error, _OF_NUMBERS + _DEFECTS):
-                    raise unexpected(error, str(request)) from error
-                raise
-            finally:
-                if self._context.gl.failed:
-                    self._start_over()
-                if self._cache is not None:
-                    self._cache.rest()
+        no_memory = (
+            f"there is not enough memory for {request.size[0]} x {request.size[1]} pixels of "
+            f"{', '.join(sorted(request.outputs))}; use a smaller image"
+        )
+        with self._drawing(request, no_memory) as cache:
+            drawn = draw_frame(cache, drawn_part(request))
+        if sky:
+            place_before(sky, request.camera, drawn.outputs)
         return Frame(scene=scene, camera=request.camera, lights=request.lights, size=request.size, near=drawn.near, far=drawn.far,
                      used=drawn.used, outputs=with_traced(request, drawn.outputs), samples=request.look.samples, exposure=request.look.ev,
                      tone=request.look.tone)  # fmt: skip
+
+    def visibility(
+        self,
+        scene: Scene,
+        points: ArrayLike,
+        lights: Lights = None,
+        normals: ArrayLike | None = None,
+        triangles: ArrayLike | None = None,
+        light_samples: int | None = None,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float32]:
+        """The share of each light that given points see, as `glshadow.visibility` describes it.
+
+        Triangle lists depend on the scene and the light alone, and are kept for the next call.
+
+        Parameters
+        ----------
+        scene, points, lights, normals, triangles, light_samples, progress
+            As for `glshadow.visibility`.
+
+        Returns
+        -------
+        (L, N) float32
+
+        Raises
+        ------
+        SettingsError, SceneError, ResourceError
+        """
+        self._check_alive()
+        request = point_request(scene, points, lights, normals, triangles, light_samples, progress)
+        no_memory = f"there is not enough memory for {len(request.points)} points and {len(request.lights)} lights"
+        with self._drawing(request, f"{no_memory}; give fewer at a time") as cache:
+            return visibility_of_points(cache, request)
 
     def sequence(
         self,
@@ -291,20 +275,6 @@ class Renderer:
                 yield self.render(now, camera, lights, size, **options)
 
         return frames()
-
-    def _start_over(self, interrupted: bool = False) -> None:
-        """After Ctrl-C, which may come at any line, and where memory was short: nothing half made is kept."""
-        old, self._cache = self._cache, None
-        if interrupted and self._context.owned:
-            # what was made and not yet noted goes with the context alone
-            spoilt, self._context = self._context, open_context(self._backend)
-            spoilt.release()
-            return
-        self._context.recover()
-        self._context.gl.failed = False
-        self._cache = ResourceCache(self._context)
-        if old is not None:
-            old.release()
 
 
 def _check_options(name: str, options: RenderOptions) -> None:

@@ -6,12 +6,12 @@ from typing import Any
 
 import click
 
+from glshadow.cli.blank import refuse_blank
 from glshadow.cli.options import (
     Request,
     common,
     light_facts,
     picture_options,
-    refuse_blank,
     request,
     scene_facts,
     warn_fallbacks,
@@ -64,7 +64,7 @@ def _measure(work: Work, wanted: Request) -> None:
                 scene, camera, lights, wanted.size, outputs=("visibility", "triangle", "alpha"), samples=1
             )
         refuse_blank(frame)
-        warn_fallbacks(work, frame.used)
+        warn_fallbacks(work, frame.used, scene, wanted)
         with work.stage("trace", "tracing the reference"):
             from glshadow.lights import traced_points
             from glshadow.reference.trace import trace

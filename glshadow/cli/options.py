@@ -21,7 +21,6 @@ from glshadow.shadows.fits import FITS
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
-    from glshadow.frame import Frame
     from glshadow.lights import Light
     from glshadow.scene.nodes import Scene
 from glshadow.scene.summary import element_counts
@@ -50,7 +49,9 @@ driver_options = all_of(
 
 scene_options = all_of(
     click.argument("model", required=False, type=click.Path()),
-    option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
+    option("Model", "--ground/--no-ground", default=None,
+           help="Put a plane under the model to catch its shadow. Default: in images of a model that has neither camera nor lights, "
+                "except with --look plain, --background none, into .exr and .npz, and seen from below."),
     option("Model", "--catcher", is_flag=True,
            help="Put a shadow catcher under the model: only its shadow is visible. With --background none for compositing."),
     option("Model", "--look", type=click.Choice(list(LOOKS)),
@@ -121,10 +122,10 @@ picture_options = all_of(
 
 @dataclass(frozen=True)
 class Request:
-    """The values of the scene options, and of the image options if the command has them."""
+    """The values of the scene options, and of the image options if the command has them. `pictures`: of what is made to be looked at."""
 
     model: str | None
-    ground: bool
+    ground: bool | None
     catcher: bool
     up_axis: str | None
     eye: Triple | None
@@ -148,6 +149,7 @@ class Request:
     background: Triple | str | None = "look"
     look: str | None = None
     usual: str = "plain"
+    pictures: bool = False
     exposure: Any = "scene"
     tone: str = "neutral"
     shadow: dict[str, Any] = field(default_factory=dict)
@@ -170,11 +172,14 @@ class Request:
         return Path(self.model).name if self.model else "courtyard"
 
     def load(self) -> Scene:
-        """The scene, with the requested ground."""
+        """The scene, with the requested ground, or the look's."""
         given = {"--up-axis": self.up_axis, "--smooth": self.smooth, "--camera": self.through, "--time": self.time,
                  "--animation": self.animation}  # fmt: skip
         needing = [name for name, value in given.items() if value is not None]
-        ground = "catcher" if self.catcher else self.ground
+        if self.catcher and self.ground is False:
+            raise click.UsageError("--catcher and --no-ground cannot be combined: a shadow catcher is a ground")
+        implied = self.ground is None and not self.catcher
+        ground = "catcher" if self.catcher else self.ground if not implied else None if self.pictures else False
         if self.model is None and not needing:
             from glshadow.arguments import as_scene
             from glshadow.scenes import courtyard
@@ -186,8 +191,15 @@ class Request:
         from glshadow.io.load import read_scene
 
         animation = int(self.animation) if self.animation and self.animation.isdecimal() else self.animation
-        return read_scene(self.model, Budget(), ground, self.up_axis, None, None, self.through, self.smooth, self.time, animation,
-                          self.look, self.usual)  # fmt: skip
+        scene = read_scene(self.model, Budget(), ground, self.up_axis, None, None, self.through, self.smooth, self.time, animation,
+                           self.look, self.usual)  # fmt: skip
+        return replace(scene, nodes=scene.nodes[:-1]) if implied and self._below(scene) else scene
+
+    def _below(self, scene: Scene) -> bool:
+        """Whether the camera is under a ground, which would hide the model."""
+        return self.eye is not None and any(
+            each.ground and self.eye[1] <= each.world_from_mesh[1, 3] for each in scene.nodes
+        )
 
     def camera(self, scene: Scene, turns: bool = False) -> Camera:
         """The scene's camera, changed by the given options; for an orbit, if it turns."""
@@ -265,24 +277,6 @@ def request(
     return Request(output=output, shadow=shadow, **options)
 
 
-def refuse_blank(frame: Frame) -> float:
-    """The share of pixels that see a surface (`frame` has its alpha); SceneError if there are none."""
-    from glshadow.errors import SceneError
-
-    covered = float((frame.alpha > 0.0).mean())
-    if covered > 0.0:
-        return covered
-    scene, camera = frame.scene, frame.camera
-    low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
-    planes = "".join(f", {name} {d:g}" for name, d in (("near", camera.near), ("far", camera.far)) if d is not None)
-    advice = "move the camera with --eye and --target, or leave these options out"
-    if camera == scene.camera:
-        advice = "the model is too thin or too small to be visible from there; try another --eye"
-    raise SceneError(
-        f"nothing is in view: {scene.name} is between {low} and {high}, and the camera {camera}{planes}; {advice}"
-    )
-
-
 def scene_facts(scene: Scene) -> dict[str, Any]:
     """Facts about the scene for the JSON report; counts of points and line segments only where there are any."""
     return {
@@ -301,8 +295,12 @@ def light_facts(light: Light, used: Any) -> dict[str, Any]:
     return {"kind": light.spelling, **settings, "casts": light.shadow is not None, "used": used.as_dict()}
 
 
-def warn_fallbacks(work: Work, used: tuple[Any, ...]) -> None:
-    """Warn about every setting that could not be used as given."""
-    for number, what in enumerate(used):
-        for fallback in what.fallbacks:
+def warn_fallbacks(work: Work, used: tuple[Any, ...], scene: Scene, wanted: Request) -> None:
+    """Warn about every setting that could not be used as given; not of the fill that a look adds, which nobody gave."""
+    from glshadow.scene.framing import given_parts
+
+    own = len(wanted.lights or (() if given_parts(scene)[1] is None else scene.lights))
+    derived = 0 if own else len(scene.lights)
+    for number, (light, what) in enumerate(zip(wanted.lit(scene), used, strict=True)):
+        for fallback in what.fallbacks if number >= derived or not light.wide else ():
             work.warn(f"light {number}: {fallback}")

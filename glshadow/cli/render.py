@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from glshadow.cli import values
+from glshadow.cli.blank import refuse_blank
 from glshadow.cli.options import (
     Request,
     common,
     light_facts,
     picture_options,
-    refuse_blank,
     request,
     scene_facts,
     warn_fallbacks,
@@ -22,7 +22,7 @@ from glshadow.cli.options import (
 from glshadow.cli.orbit import named_after, refuse_field, refuse_video
 from glshadow.cli.running import Work
 from glshadow.cli.sections import Command, option
-from glshadow.core.outputs import FLOATS, STORED
+from glshadow.core.outputs import FLOATS, STORED, holds_arrays
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.core.tone import TONES
 from glshadow.numbered import MOST_IMAGES
@@ -36,7 +36,7 @@ EXAMPLES = """
 Examples:
   glshadow render
   glshadow render chess_board.glb -o chess.png
-  glshadow render rover.stl --up-axis z --ground --light sun:-1,-2,-1
+  glshadow render rover.stl --up-axis z --light sun:-1,-2,-1
   glshadow render house.glb --eye 0.4,0.3,0.5 --target 0,0.05,0 --fov 40
   glshadow render room.glb --light point:0,2,0:range=8:intensity=3 --filter pcf:2
   glshadow render --light spot:6,6,6:-1,-1,-1:35:20:color=1,0.9,0.7 --overlay lights,map
@@ -46,8 +46,8 @@ Examples:
   glshadow render model.glb --catcher --background none -o cutout.png
   glshadow render model.glb --orbit 36 -o view_{:03d}.png
   glshadow render model.glb --orbit 120 -o turn.mp4
-  glshadow render walk.glb --time 0.5 --ground
-  glshadow render walk.glb --animate 30 --ground -o walk.mp4
+  glshadow render walk.glb --time 0.5
+  glshadow render walk.glb --animate 30 -o walk.mp4
 """
 
 
@@ -151,6 +151,7 @@ def command(
         if "map" in overlay and options["filter_"] is None:
             options["filter_"] = values.shadow_filter("pcf:1")
         wanted = request(**options, usual="studio")
+        wanted = replace(wanted, pictures=wanted.background is not None and not holds_arrays(wanted.output))
         budget = {"max_wrong": max_wrong, "max_ms": max_ms}
         several = orbit is not None or animate is not None
         path = wanted.output or named_after(Path(wanted.name).stem, several)
@@ -228,8 +229,8 @@ def _render(
                 scene, camera, lights, wanted.size, outputs=outputs, samples=samples, **budget, **wanted.shown
             )
         info = renderer.info
-    covered = refuse_blank(frame)
-    warn_fallbacks(work, frame.used)
+        covered = refuse_blank(frame, renderer, work)
+    warn_fallbacks(work, frame.used, scene, wanted)
     if overlay:
         with work.stage("overlay", "drawing overlays"):
             frame = _overlaid(frame, overlay)
@@ -262,7 +263,7 @@ def _kept(frame: Frame, path: Path, chosen: tuple[str, ...] | None) -> Frame:
 
 
 def _outputs(path: Path, overlay: tuple[str, ...], chosen: tuple[str, ...] | None, timed: bool) -> tuple[str, ...]:
-    outputs = ["alpha", *_stored(path, chosen)]  # alpha: to check whether anything is in view
+    outputs = ["alpha", "node", *_stored(path, chosen)]  # alpha and node: to check whether the model is in view
     if overlay:
         from glshadow.overlay import required_outputs
 

@@ -12,7 +12,8 @@ import click
 import numpy as np
 
 from glshadow.cli.bar import Bar
-from glshadow.cli.options import Request, refuse_blank, scene_facts, warn_fallbacks
+from glshadow.cli.blank import covered_by_model, refuse_blank
+from glshadow.cli.options import Request, scene_facts, warn_fallbacks
 from glshadow.cli.orbit import kept_beside, make_all, pattern, request_of
 from glshadow.cli.running import Work
 from glshadow.errors import SceneError, SettingsError
@@ -139,7 +140,7 @@ def render_several(
     with renderer, work.stage("render", f"rendering {wanted.name}"):
 
         def draw(numbers: Sequence[int]) -> Iterator[tuple[int, Frame]]:
-            return _frames(work, renderer, shots, numbers, wanted.size, options, finish)
+            return _frames(work, renderer, shots, numbers, wanted, options, finish)
 
         if is_video(path):
             with Bar(work) as bar:
@@ -172,17 +173,18 @@ def _frames(
     renderer: Renderer,
     shots: Shots,
     numbers: Sequence[int],
-    size: tuple[int, int],
+    wanted: Request,
     options: dict[str, Any],
     finish: Callable[[Frame], Frame],
 ) -> Iterator[tuple[int, Frame]]:
     seen = False
     for number in numbers:
-        frame = renderer.render(*shots.at(number), size, **options)
+        scene, camera, lights = shots.at(number)
+        frame = renderer.render(scene, camera, lights, wanted.size, **options)
         if not seen and (not shots.moves or number == numbers[-1]):
-            refuse_blank(frame)
-        seen = seen or bool((frame.alpha > 0.0).any())
-        warn_fallbacks(work, frame.used)
+            refuse_blank(frame, renderer, work)
+        seen = seen or covered_by_model(frame, renderer) > 0.0
+        warn_fallbacks(work, frame.used, scene, wanted)
         yield number, finish(frame)
 
 

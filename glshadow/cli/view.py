@@ -37,7 +37,7 @@ def command(as_json: bool, debug: bool, **options: Any) -> None:
     saves a screenshot in the current folder; dropping a file opens it. Needs a screen and pip install 'glshadow[view]'.
     """  # fmt: skip
     with Work(as_json, debug) as work:
-        wanted = Request(**options)
+        wanted = Request(**options, pictures=True)
         with work.stage("load", f"loading {wanted.name}"):
             scene = wanted.load()
         with work.stage("open", "opening a window"):

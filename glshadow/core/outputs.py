@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -86,6 +87,11 @@ FLOATS = ("linear", "depth", "visibility", "normal", "position", "node", "alpha"
 """Outputs that an .exr holds by default."""
 STORED = tuple(each for each in DRAWN if each not in ("depth_metric", "shadow_maps", "timings"))
 """Outputs that an .npz holds by default."""
+
+
+def holds_arrays(path: Path | None) -> bool:
+    """Whether a frame's file holds its outputs as they are, and not an image to be looked at."""
+    return path is not None and path.suffix.lower() in (".exr", ".npz")
 
 
 def checked_outputs(outputs: Any) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.layers import Layers, opaque_scene
 from glshadow.gl.passes.atlases import Atlases
 from glshadow.gl.passes.camera import CameraView, draw_surface, view_scene
+from glshadow.gl.passes.points import ROW, PointTargets, PointView
 from glshadow.gl.passes.primary import find_primary
 from glshadow.gl.passes.readback import average_samples, read_centres, read_means
 from glshadow.gl.passes.samples import Samples
@@ -27,6 +28,8 @@ from glshadow.gl.scene.cookies import Cookies
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.kept_meshes import Meshes
 from glshadow.gl.techniques import Techniques
+from glshadow.gl.techniques.of_points import PointTechniques
+from glshadow.scene.nodes import Scene
 
 
 class ResourceCache:
@@ -34,7 +37,7 @@ class ResourceCache:
 
     Attributes
     ----------
-    programs, meshes, techniques, translucent_maps, covered
+    programs, meshes, techniques, translucent_maps, covered, points, point_techniques
         Created once, filled by frames.
     scene : Kept
         The scene of the last frame.
@@ -54,6 +57,8 @@ class ResourceCache:
         self.covered = AnySamples(context.gl)
         self.techniques = Techniques(context)
         self.translucent_maps = TranslucentMaps(context)
+        self.points: Kept[PointTargets] = Kept()
+        self.point_techniques = PointTechniques(context)
         self.scene: Kept[GpuScene] = Kept()
         self.seen: tuple[CameraView, int, int] | None = None
         self.any_surface = False
@@ -73,9 +78,7 @@ class ResourceCache:
         """The context of one frame; `pattern`: columns and rows of pixels that are drawn for each pixel of the image."""
         context, scene, camera, size = self.context, request.scene, request.camera, request.size
         lights, samples, outputs = len(request.lights), request.look.samples, request.outputs
-        before = self.scene.thing.leave() if self.scene.thing and self.scene.differs(weakref.ref(scene)) else None
-        with released_on_error([before] if before else []):
-            gpu = self.scene.get(weakref.ref(scene), lambda: opaque_scene(context, self.meshes, scene, before))
+        gpu = self._opaque(scene)
         key = (camera, size, gpu.identity)
         if self.camera_view is None or self.camera_view[0] != key:
             self.camera_view = (key, view_scene(gpu, camera, size, context.caps.clip_control))
@@ -94,6 +97,28 @@ class ResourceCache:
         camera_view = self.camera_view[1]
         return FrameContext(
             context, self.programs, self._samplers, self.atlases, self.cookies, gpu, camera_view, targets
+        )
+
+    def _opaque(self, scene: Scene) -> GpuScene:
+        """The scene without what blends, kept until another one is drawn."""
+        before = self.scene.thing.leave() if self.scene.thing and self.scene.differs(weakref.ref(scene)) else None
+        with released_on_error([before] if before else []):
+            return self.scene.get(weakref.ref(scene), lambda: opaque_scene(self.context, self.meshes, scene, before))
+
+    def point_targets(self, count: int, normals: bool) -> PointTargets:
+        """Textures for so many points, kept while others have the same size."""
+        shape = (min(count, ROW), -(-count // ROW), normals)
+        if self.points.differs(shape):
+            self._idle.use()
+        return self.points.get(shape, lambda: PointTargets(self.context, count, normals))
+
+    def point_context(self, scene: Scene, targets: PointTargets) -> FrameContext:
+        """The context in which given points receive light."""
+        gpu = self._opaque(scene)
+        view = PointView.of(gpu, targets.size)
+        self.atlases.begin()
+        return FrameContext(
+            self.context, self.programs, self._samplers, self.atlases, self.cookies, gpu, view, targets, measured=False
         )
 
     def samples(self, frame: FrameContext) -> Samples:
@@ -142,5 +167,5 @@ class ResourceCache:
         """Free the GPU memory, dependent resources first."""
         for thing in (self.scene, self._targets, self._samples, self.programs, self.meshes, self._samplers, self.covered,
                       self.atlases, self.cookies, self._idle, self._idle_color, self.techniques, self.layers,
-                      self.translucent_maps):  # fmt: skip
+                      self.translucent_maps, self.points, self.point_techniques):  # fmt: skip
             thing.release()

@@ -38,7 +38,7 @@ TURNS = {
 def load(
     source: Any,
     *,
-    ground: bool | str = False,
+    ground: bool | str | None = False,
     up_axis: str | None = None,
     name: str | None = None,
     camera: str | int | None = None,
@@ -59,9 +59,10 @@ def load(
         PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed, matrices are composed in float64, and
         nodes with the same geometry share one Mesh. Shading normals are used if the source has them; otherwise shading is flat, see
         `smooth`.
-    ground : bool or "catcher"
+    ground : bool, "catcher" or None
         Put a plane under the model to receive its shadow, see `Scene.with_ground`; "catcher": a shadow catcher, which shows only the
-        shadow, see `Node`.
+        shadow, see `Node`. It is the last node. None: as `glshadow render` does, if the look is "studio" or "outdoor" and camera and
+        lights are the look's.
     up_axis : {None, "x", "y", "z"}
         Up axis of the source; it is rotated to y. None means "y", as glTF prescribes; STL and PLY files, and models from CAD, robotics or
         maps, often use "z".
@@ -124,7 +125,7 @@ def load(
 def read_scene(
     source: Any,
     budget: Budget,
-    ground: bool | str = False,
+    ground: bool | str | None = False,
     up_axis: str | None = None,
     name: str | None = None,
     format: str | None = None,
@@ -166,6 +167,9 @@ def read_scene(
     scene = _turned(
         found, TURNS[up_axis or "y"], name or title, look or (source.look if isinstance(source, Scene) else usual)
     )
+    if ground is None:
+        own = isinstance(source, Scene) or found.camera is not None or found.lights is not None
+        ground = scene.defaults.stands and not own
     return scene.with_ground(ground == "catcher") if ground else scene
 
 
@@ -198,13 +202,13 @@ def _place(found: Imported, time: float | None, animation: str | int | None) -> 
         )
 
 
-def _ground(name: str, value: Any) -> bool | str:
-    if isinstance(value, str) and value == "catcher":
+def _ground(name: str, value: Any) -> bool | str | None:
+    if value is None or (isinstance(value, str) and value == "catcher"):
         return value
     try:
         return bool(flag()(name, value))
     except SettingsError:
-        raise refuse(name, 'True, False or "catcher"', value) from None
+        raise refuse(name, 'True, False, "catcher" or None', value) from None
 
 
 def _reader(

@@ -65,6 +65,20 @@ def face_corners(scene: Scene, triangles: NDArray[np.integer]) -> Array:
     return corners
 
 
+def fronts(scene: Scene, triangles: NDArray[np.integer]) -> Array:
+    """Unit world normals (N, 3) of the front of triangles (N,) by scene-wide number: counter-clockwise, in a mirrored node clockwise; zero
+    for a triangle without area, NaN for a point or a line."""
+    corners = face_corners(scene, triangles)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    mirrored = np.array([np.linalg.det(node.world_from_mesh[:3, :3]) < 0.0 for node in scene.nodes])
+    owners = np.searchsorted(face_starts(scene), triangles, side="right") - 1
+    normals *= np.where(mirrored[owners], -1.0, 1.0)[:, None]
+    size = np.abs(normals).max(axis=1, keepdims=True)  # squares of tiny ones would be zero
+    normals /= np.where(size > 0.0, size, 1.0)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.where(length > 0.0, length, 1.0))
+
+
 def sample_faces(scene: Scene, per_face: int, seed: int = 0, faces: ArrayLike | None = None) -> FaceSamples:
     """Stratified random points on a scene's faces, the same for the same arguments.
 

@@ -9,14 +9,16 @@ import numpy as np
 
 from glshadow.core.cameras import Camera, PerspectiveCamera
 from glshadow.core.spaces import Array
+from glshadow.derive.backdrop import Sky
 from glshadow.lights import DirectionalLight, Light, SkyLight
 from glshadow.scene.box import default_camera, default_sun
 from glshadow.scene.framing import framing_camera
-from glshadow.shadows.filters import DirectionMaps
+from glshadow.shadows.filters import DirectionMaps, Exact
 from glshadow.shadows.shadow import Shadow
 
 Pair = tuple[float, float]
 
+_KEY = Shadow(filter=Exact(interpolate=True))
 _FILL = Shadow(
     filter=DirectionMaps(64)
 )  # beside a key a quarter of the usual directions is smooth enough, in half the time
@@ -42,6 +44,10 @@ class Look:
         Linear reflectance of the ground. None: it has the background's colour and shows the shadow alone, so that both are one.
     ground_size : float
         Side of the ground over the diagonal of the model's bounds.
+    stands : bool
+        Whether a model whose file has neither a camera nor lights stands on a ground where nobody says so, in what is made to be looked at.
+    sky : pair of (3,) floats, optional
+        sRGB of the background at the horizon and at the zenith, in place of one colour.
     """
 
     camera: Callable[[Array], PerspectiveCamera]
@@ -51,6 +57,8 @@ class Look:
     white: float = 0.8
     ground: tuple[float, float, float] | None = None
     ground_size: float = 3.0
+    stands: bool = True
+    sky: Sky | None = None
 
     def ambient_beside(self, lights: Sequence[Light]) -> Pair:
         """Ambient light beside these lights: its own if they include light from all around, as its lights do; else the plain look's."""
@@ -104,6 +112,7 @@ def _studio(camera: Camera, bounds: Array) -> tuple[Light, ...]:
         intensity=1.1 - 0.2 * flat,
         angle=3.0,
         color=(1.0, 0.98, 0.95),
+        shadow=_KEY,
     )
     return key, SkyLight(intensity=0.42 - 0.06 * flat, color=(0.95, 0.98, 1.0), shadow=_FILL)
 
@@ -126,6 +135,7 @@ PLAIN = Look(
     background=(0.81, 0.82, 0.84),
     white=1.0,
     ground=(0.7, 0.7, 0.7),
+    stands=False,
 )
 STUDIO = Look(_framed, _studio, ambient=(0.04, 0.16), background=(0.94, 0.94, 0.94))
 OUTDOOR = Look(
@@ -134,7 +144,8 @@ OUTDOOR = Look(
     ambient=(0.02, 0.12),
     background=(0.73, 0.83, 0.93),
     ground=(0.42, 0.40, 0.36),
-    ground_size=200.0,
+    ground_size=2000.0,
+    sky=((0.87, 0.92, 0.96), (0.30, 0.51, 0.80)),
 )
 LOOKS = {"studio": STUDIO, "plain": PLAIN, "outdoor": OUTDOOR}
 """By the word of `load(look=)` and `--look`."""

@@ -31,7 +31,7 @@ from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place
 from glshadow.scene.framing import framed, model_outline, turning_camera
-from glshadow.scene.ground import ground_plane
+from glshadow.scene.ground import CLEARANCE, ground_plane
 from glshadow.scene.looks import LOOKS, Look
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import Motion, posed
@@ -333,8 +333,10 @@ class Scene(Settings):
     def ground_under(self, bounds: Array, lowest: float, catches: bool) -> Node:
         """The ground of its look under bounds (2, 3) and a height."""
         color, size = self.defaults.ground, self.defaults.ground_size
-        mesh, matrix = ground_plane(bounds, lowest, color or (1.0, 1.0, 1.0), size)
-        return Node(mesh, matrix, "ground", catches=catches or color is None, ground=True)
+        catches = catches or color is None
+        mesh, matrix = ground_plane(bounds, lowest, color or (1.0, 1.0, 1.0), size, CLEARANCE if catches else 0.0)
+        # nothing is below it: a caster would only make the sky's maps cover all of it
+        return Node(mesh, matrix, "ground", casts=self.look == "plain", catches=catches, ground=True)
 
     def lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""

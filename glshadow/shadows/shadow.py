@@ -113,7 +113,8 @@ class Shadow(Settings):
         Parameters
         ----------
         without_map : str
-            Why triangles cannot be tested; empty: they can.
+            Why triangles cannot be tested; empty: they can. A filter that interpolates asks for speed: it becomes a map's then, any other
+            requested filter stays.
         with_map : str
             Another reason to use a shadow map; empty: none.
         sized : bool
@@ -124,7 +125,7 @@ class Shadow(Settings):
         of_a_map: Filter = LightSamples() if sized else Pcf(1)
         named = [name for name in OF_A_MAP if getattr(self, name) is not None]
         named += [with_map] if with_map else []
-        if self.filter is not None:
+        if self.filter is not None and not (without_map and self.filter.interpolates):
             filter_, why = self.filter, ASKED_FOR
         elif usual is not None and not with_map and all(getattr(self, name) is None for name in OF_ONE_MAP):
             filter_, why = usual, "light from many directions"

@@ -18,6 +18,9 @@
 #ifndef GLS_MASKED
 #define GLS_MASKED 0 // some casters are cut out by their texture
 #endif
+#ifndef GLS_POINTS
+#define GLS_POINTS 0
+#endif
 uniform usamplerBuffer u_found;
 uniform samplerBuffer u_disc; // sample points: (x, y) of rays (x, y, 1) for a directional light, else of the unit disc
 uniform int u_count; // number of sample points
@@ -106,6 +109,9 @@ int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec
         bool above = dot(normal, point) > 0.0; // above the horizon
 #if GLS_ROUNDED
         above = above && dot(receiver_face, point) > 0.0;
+#endif
+#if GLS_POINTS
+        above = above || receiver_free;
 #endif
         open |= k < u_count && above ? 1u << uint(i) : 0u;
     }

@@ -6,6 +6,9 @@
 #ifndef GLS_HUGE
 #define GLS_HUGE 0
 #endif
+#ifndef GLS_POINTS
+#define GLS_POINTS 0
+#endif
 #include "exact/grown.glsl"
 uniform uint u_capacity;
 layout(std430, binding = 0) buffer Counter { uint found_count; };
@@ -37,6 +40,9 @@ uint gather(vec3 position, vec3 normal) { // first link + 1; 0: empty
         float behind_by = (side < 0.0 ? -gap : gap) - bound - u_bound.y * dot(abs(offset), vec3(1.0));
         vec3 a = other.a - position, b = other.b - position, c = other.c - position;
         float height = max(dot(normal, a), max(dot(normal, b), dot(normal, c)));
+#if GLS_POINTS
+        height = receiver_free ? 1.0 : height;
+#endif
         vec3 ab = TO_CONE(axes, other.b - other.a), bc = TO_CONE(axes, other.c - other.b), ca = TO_CONE(axes, other.a - other.c);
         a = TO_CONE(axes, a);
         b = TO_CONE(axes, b);

@@ -28,6 +28,16 @@ vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward) {
     return position;
 }
 
+vec3 onto_plane(int triangle, Facet own, vec3 position) { // a point on a triangle, or beside it by rounding, moved into its plane
+#if GLS_HUGE
+    vec4 plane = texelFetch(u_planes, max(triangle, 0));
+    vec3 normal = u_axes_l * plane.xyz, corner = u_lv_from_l + normal * plane.w;
+#else
+    vec3 normal = own.normal, corner = own.a;
+#endif
+    return position - normal * dot(normal, position - corner);
+}
+
 vec3 plane_corner(Facet own) { // the reference point of its plane
 #if GLS_HUGE
     return u_lv_from_l;

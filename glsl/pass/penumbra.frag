@@ -33,6 +33,9 @@
 #ifndef GLS_RECT
 #define GLS_RECT 0 // 1: a rectangular area light
 #endif
+#ifndef GLS_POINTS
+#define GLS_POINTS 0 // 1, 2: receivers are given as points, see lib/given_point.glsl; all stages then draw over these
+#endif
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1, with GLS_STAGE 0: marks pixels whose samples may see the light differently, by the highest bit
 #endif
@@ -40,8 +43,11 @@
 #if GLS_PER_SAMPLE
 #include "lib/per_sample.glsl"
 #endif
-#if GLS_PER_SAMPLE || GLS_STAGE > 0
+#if (GLS_PER_SAMPLE || GLS_STAGE > 0) && !GLS_POINTS
 #include "lib/sample_ray.glsl"
+#endif
+#if GLS_POINTS
+#include "lib/given_point.glsl"
 #endif
 #include "lib/surface_number.glsl"
 #include "lib/cone.glsl"
@@ -54,7 +60,12 @@
 #if GLS_ROUNDED
 #include "lib/octahedral.glsl"
 #include "lib/smooth_point.glsl"
+#endif
+#if GLS_ROUNDED || GLS_POINTS
 flat in mat3 v_axes_l;
+#endif
+#if GLS_POINTS
+flat in vec3 v_lv_from_l;
 #endif
 uniform usampler2D u_surface;
 flat in vec3 v_forward_l;
@@ -112,7 +123,9 @@ void main() {
 #else
     ivec2 texel = fragment;
 #endif
-#if GLS_PER_SAMPLE || GLS_STAGE > 0
+#if GLS_POINTS
+    GivenPoint given = given_point(texel, v_axes_l);
+#elif GLS_PER_SAMPLE || GLS_STAGE > 0
     vec3 eye, ray;
     sample_ray(texel, v_forward_l, eye, ray);
 #else
@@ -123,11 +136,31 @@ void main() {
     bool seen = triangle >= 0; // else background
     triangle = max(triangle, 0);
     Facet own = facet(triangle);
+#if GLS_POINTS
+    bool on_surface = seen;
+    seen = true;
+    vec3 position = given.position + v_lv_from_l;
+    position = on_surface ? onto_plane(triangle, own, position) : position;
+    float side = on_surface ? given_side(given, own.normal) : 1.0;
+    vec3 normal = side * own.normal;
+    if (!on_surface) {
+        receiver_free = given.normal == vec3(0.0);
+#if GLS_AT_INFINITY
+        vec3 towards = vec3(0.0, 0.0, 1.0);
+#else
+        vec3 towards = -position * inversesqrt(max(dot(position, position), 1e-36));
+#endif
+        normal = receiver_free ? towards : normalize(given.normal);
+    }
+    receiver_triangle = on_surface ? triangle : -1;
+    receiver_corner = on_surface ? plane_corner(own) : position;
+#else
     vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
     float side = dot(own.normal, ray) > 0.0 ? -1.0 : 1.0; // the visible side
     vec3 normal = side * own.normal;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
+#endif
     receiver_face = normal;
 #if GLS_ROUNDED
 #if GLS_AT_INFINITY
@@ -137,6 +170,9 @@ void main() {
 #endif
     mat3 corners = mat3(own.a, own.b, own.c);
     SmoothPoint rounded = smooth_point(triangle, position, normal, side, lowest, corners, v_axes_l, 2.0 * receiver_bound(position));
+#if GLS_POINTS
+    if (!on_surface) rounded = SmoothPoint(position, normal, false, false);
+#endif
     position = rounded.position;
     normal = rounded.normal;
     if (rounded.lifted) {

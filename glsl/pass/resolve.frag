@@ -60,7 +60,10 @@
 #define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
 #endif
 #ifndef GLS_ALONE
-#define GLS_ALONE 0 // 1: writes only the visibility
+#define GLS_ALONE 0 // 1: writes only the visibility; 2: the same as an image shows, 0 where the light does not shine, whatever GLS_WEIGHED is
+#endif
+#ifndef GLS_POINTS
+#define GLS_POINTS 0 // 1, 2, with GLS_ALONE: receivers are given as points, see lib/given_point.glsl
 #endif
 #ifndef GLS_DIRECTIONS
 #define GLS_DIRECTIONS 0 // with GLS_ALONE: writes the sums of lib/directionmaps.glsl, and the surface's plane
@@ -115,6 +118,9 @@
 #if GLS_DIRECTIONS || GLS_PATTERN
 #include "lib/plane_packing.glsl"
 #endif
+#if GLS_POINTS
+#include "lib/given_point.glsl"
+#endif
 #include <light>
 #include <shadow>
 #include "lib/visibility.glsl"
@@ -156,7 +162,9 @@ uniform float u_white;
 #endif
 
 uniform usampler2D u_surface;
+#if !GLS_POINTS
 uniform sampler2D u_camera_depth;
+#endif
 #if !GLS_EXACT
 uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
 #if GLS_ROUNDED || GLS_CAPSULES
@@ -191,10 +199,10 @@ layout(location = 0) out vec4 o_seen;
 #if GLS_WEIGHED == 2
 layout(location = 1) out vec4 o_unshadowed;
 #endif
-#elif GLS_WEIGHED == 2
+#elif GLS_WEIGHED == 2 && GLS_ALONE == 1
 layout(location = 0) out vec4 o_seen;
 layout(location = 1) out vec4 o_unshadowed;
-#elif GLS_WEIGHED
+#elif GLS_WEIGHED && GLS_ALONE == 1
 layout(location = 0) out vec2 o_seen;
 #else
 layout(location = 0) out float o_seen;
@@ -233,10 +241,17 @@ void main() {
     sample_ray(pixel, v_forward_l, eye, ray);
 #else
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+#if !GLS_POINTS
     vec3 eye = v_eye_l, ray = v_ray_l;
+#endif
 #endif
     uvec4 surface = texelFetch(u_surface, pixel, 0);
     int triangle = triangle_of(surface.r);
+#if GLS_POINTS
+    GivenPoint given = given_point(pixel, v_axes_l);
+    bool on_surface = triangle >= 0;
+    triangle = max(triangle, 0);
+#endif
 #if GLS_PER_SAMPLE
     bool seen = triangle >= 0; // else background
     triangle = max(triangle, 0);
@@ -257,11 +272,21 @@ void main() {
 #if GLS_EXACT
     Facet own = facet(triangle);
     vec3 normal = own.normal;
+#if GLS_POINTS
+    vec3 position = given.position + v_lv_from_l;
+    position = on_surface ? onto_plane(triangle, own, position) : position;
+    receiver_triangle = on_surface ? triangle : -1;
+    receiver_corner = on_surface ? plane_corner(own) : position;
+#if GLS_CAPSULES
+    receiver_round = false;
+#endif
+#else
     vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
-    vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
-#if GLS_CAPSULES
+#endif
+    vec3 normal_w = normal * v_axes_l;
+#if GLS_CAPSULES && !GLS_POINTS
     receiver_round = is_capsule(normal.x);
     if (receiver_round) {
         CapsuleHit hit = capsule_hit(capsule_of(own), eye, ray);
@@ -275,6 +300,9 @@ void main() {
     vec4 plane = texelFetch(u_planes, triangle);
     vec3 normal_w = plane.xyz;
     vec3 normal = v_axes_l * normal_w;
+#if GLS_POINTS
+    vec3 position = given.position + v_lv_from_l;
+#else
     float depth = v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r;
 #if !GLS_ORTHO
     depth = 1.0 / depth;
@@ -294,7 +322,14 @@ void main() {
     }
 #endif
 #endif
+#endif
+#if GLS_POINTS
+    float side = on_surface ? given_side(given, normal) : 1.0;
+    receiver_free = !on_surface && given.normal == vec3(0.0);
+    normal = on_surface ? normal : receiver_free ? light_arriving(position).xyz : normalize(given.normal);
+#else
     float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the visible side
+#endif
     normal *= side;
     vec3 lit_normal = normal;
 #if GLS_PATTERN
@@ -325,6 +360,9 @@ void main() {
     float turned_by = dot(normal, light_arriving(position).xyz);
 #endif
     SmoothPoint rounded = smooth_point(triangle, position, normal, side, turned_by, corners, v_axes_l, rounding);
+#if GLS_POINTS
+    if (!on_surface) rounded = SmoothPoint(position, normal, false, false);
+#endif
     position = rounded.position;
     lit_normal = rounded.normal;
 #if GLS_EXACT
@@ -337,6 +375,9 @@ void main() {
     float cosine = received.x;
 #else
     float cosine = dot(lit_normal, arriving.xyz);
+#endif
+#if GLS_POINTS
+    cosine = receiver_free ? 1.0 : cosine;
 #endif
 #if GLS_PER_SAMPLE
     cosine = seen ? cosine : 0.0; // skips the shadow
@@ -355,7 +396,7 @@ void main() {
     vec3 plane_normal = normal;
 #endif
     float lit = surface_visibility(surface.r, position, plane_normal, facing);
-#if !GLS_ALONE
+#if GLS_ALONE != 1
     lit = light_shines_on(position) ? lit : 0.0;
 #endif
 #if GLS_ALONE
@@ -377,10 +418,10 @@ void main() {
 #else
     o_seen = vec4(sums.seen, sums.all, plane_of);
 #endif
-#elif GLS_WEIGHED == 2
+#elif GLS_WEIGHED == 2 && GLS_ALONE == 1
     o_unshadowed = vec4(v_radiance * max(cosine, 0.0), 0.0);
     o_seen = o_unshadowed * lit;
-#elif GLS_WEIGHED
+#elif GLS_WEIGHED && GLS_ALONE == 1
     o_seen = vec2(lit, 1.0) * max(cosine, 0.0);
 #else
     o_seen = lit;
@@ -466,10 +507,13 @@ void main() {
 #else
     vec3 light = ambient + radiance * (max(lambert, 0.0) * arriving.w * share);
 #endif
+#if GLS_CATCHES
+    vec3 untinted = v_radiance * cookie_at(position); // what translucent casters take away is shadow too
+#endif
 #if GLS_CATCHES && GLS_PER_CHANNEL
-    vec3 unshadowed = ambient + radiance * irradiance;
+    vec3 unshadowed = ambient + untinted * irradiance;
 #elif GLS_CATCHES
-    vec3 unshadowed = ambient + radiance * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
+    vec3 unshadowed = ambient + untinted * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
 #endif
 #if GLS_VISIBILITY
 #if GLS_PER_SAMPLE

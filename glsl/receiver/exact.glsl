@@ -29,13 +29,16 @@
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: also computes whether the samples of a pixel may see the light differently
 #endif
+#ifndef GLS_POINTS
+#define GLS_POINTS 0 // 1, 2: receivers are given as points, see lib/given_point.glsl
+#endif
 #if GLS_POINT || GLS_AREA && !GLS_AT_INFINITY
 #include "lib/faces.glsl"
 #endif
 #include "lib/facet.glsl"
 uniform vec4 u_cells; // cell of the lists = xy (directional light) or tangent * u_cells.xy + u_cells.zw
 uniform vec2 u_bound; // world units; share of the distances to the planes' reference corners
-#if GLS_HUGE
+#if GLS_HUGE || GLS_POINTS
 uniform vec2 u_huge; // largest coordinate that u_bound covers; growth with a vertex's excess over it
 #endif
 const float GRAZING = 0.01; // cosine below which rounding may move a surface's self-shadow boundary by more than a pixel
@@ -111,7 +114,12 @@ int behind(Ray ray, Facet other) {
 }
 
 float receiver_bound(vec3 position_lv) { // apparent distance of the receiver from a plane that it lies in
-    return u_bound.x + (GLS_HUGE == 1 ? 3.0 : 1.0) * u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
+    float bound = u_bound.x + (GLS_HUGE == 1 ? 3.0 : 1.0) * u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
+#if GLS_POINTS // they may be far outside of what u_bound covers
+    vec3 reach = abs(position_lv);
+    bound += u_huge.y * max(max(reach.x, max(reach.y, reach.z)) - u_huge.x, 0.0);
+#endif
+    return bound;
 }
 
 // If two triangles share an edge and lie on the same side of it, seen from the light, one is wholly in front of the other: returns whether

@@ -15,7 +15,7 @@ from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.metric import Target
 from scripts.shaders.variant import KINDS, ONE_VIEW, PER_SAMPLE, Variant
 from scripts.shaders.variants_capsules import capsules
-from scripts.shaders.variants_exact import area, exact
+from scripts.shaders.variants_exact import area, exact, points
 from scripts.shaders.variants_materials import materials
 
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
@@ -86,6 +86,7 @@ def variants() -> Iterator[Variant]:
     yield from _resolve()
     yield from exact()
     yield from area()
+    yield from points()
     yield from capsules()
     yield from _depths_read()
     yield from _means()

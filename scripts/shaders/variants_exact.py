@@ -60,8 +60,47 @@ def exact() -> Iterator[Variant]:
                 yield Variant("pass/resolve.frag", dialect, exact_slots(kind), defines)
 
 
+def points() -> Iterator[Variant]:
+    """Passes over given points."""
+    for kind, given, rounded in product(KINDS, (1, 2), (0, 1)):
+        alone: dict[str, int | str] = {"GLS_POINTS": given, "GLS_ROUNDED": rounded, "GLS_CAPSULES": 2 * rounded}
+        selective = {"GLS_SELECTIVE": rounded}
+        for huge, dialect in product((False, True), ("core330", "core400")):
+            defines = {**exact_defines(kind.projection, 512, 16, bool(rounded), huge), **alone, **selective}
+            for weighed in (0, 1, 2):
+                counted = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": weighed}
+                yield Variant("pass/resolve.frag", dialect, exact_slots(kind), counted)
+            yield Variant("pass/resolve.frag", dialect, exact_slots(kind), {**defines, "GLS_ALONE": 2})
+        for stage, between in enumerate(("silhouettes", "region", "found")):
+            settings = {
+                **exact_defines(kind.projection, 512, 16, bool(rounded)),
+                **selective,
+                "GLS_POINTS": given,
+                "GLS_ROUNDED": rounded,
+                "GLS_STAGE": stage,
+                "GLS_AREA": int(stage > 0),
+            }
+            yield Variant("pass/penumbra.frag", "core430", area_slots(kind, between), settings)
+    for kind, given in product((*KINDS, *WIDE), (1, 2)):
+        for slots in (precomputed_slots(kind), open_slots(kind)):
+            final: dict[str, int | str] = {
+                "GLS_AT_INFINITY": int(kind.at_infinity),
+                "GLS_ALONE": 2,
+                "GLS_POINTS": given,
+                "GLS_WEIGHED": 2 if kind.per_channel else int(kind.weighted),
+                "GLS_ROUNDED": given - 1,
+            }
+            yield Variant("pass/resolve.frag", "core330", slots, final)
+    for given, capsules, dialect in product((1, 2), (0, 2), ("core330", "core400")):
+        located: dict[str, int | str] = {"GLS_POINTS": given, "GLS_CAPSULES": capsules}
+        yield Variant("pass/locate.frag", dialect, {}, located)
+
+
 def area() -> Iterator[Variant]:
     """Variants for lights that have a size."""
+    yield Variant("pass/scatter.comp", "core430", {}, {})
+    for parallel, per_sample in product((0, 1), (0, 1)):
+        yield Variant("pass/interpolate.frag", "core430", {}, {"GLS_ORTHO": parallel, "GLS_PER_SAMPLE": per_sample})
     for kind in KINDS:
         defines = projection_defines(kind.projection)
         for silhouettes in (0, 1):

@@ -163,7 +163,7 @@ def test_model_options(folder, models):
     path = str(models / "athlete_robot.stl")
     flat, turned = (facts("render", path, *SMALL, "--up-axis", axis) for axis in "yz")
     assert np.ptp(flat["scene"]["bounds"], axis=0)[2] == pytest.approx(np.ptp(turned["scene"]["bounds"], axis=0)[1])
-    assert facts("render", path, *SMALL, "--ground")["scene"]["nodes"] == flat["scene"]["nodes"] + 1
+    assert facts("render", path, *SMALL, "--no-ground")["scene"]["nodes"] == flat["scene"]["nodes"] - 1
 
 
 def test_strength_ambient_background(folder):

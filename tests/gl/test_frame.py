@@ -151,6 +151,15 @@ def test_exr_channels_are_those_of_the_table(frame: gs.Frame, tmp_path: Path) ->
     }
 
 
+def test_exr_header_has_exposure_and_tone(renderer: gs.Renderer, scene: gs.Scene, tmp_path: Path) -> None:
+    import OpenImageIO as oiio
+
+    frame = renderer.render(scene, size=(8, 8), samples=1, outputs="linear", exposure=-1.25)
+    frame.save(tmp_path / "dark.exr")
+    spec = oiio.ImageInput.open(str(tmp_path / "dark.exr")).spec()
+    assert (spec.get_float_attribute("exposure"), spec.get_string_attribute("tone")) == (-1.25, "neutral")
+
+
 def test_outputs_at_the_pixel_centre_have_no_samples(renderer: gs.Renderer, scene: gs.Scene) -> None:
     one, four = (renderer.render(scene, size=SIZE, outputs=CENTRES, samples=samples) for samples in (1, 4))
     for name in CENTRES:

@@ -125,6 +125,34 @@ def test_texture_holes_have_no_tint(renderer: gs.Renderer) -> None:
     assert places[..., 0][red].min() > 0.9, "the left half is empty: its shadow would begin at 0"
 
 
+@pytest.mark.parametrize("samples", [1, 4])
+def test_catcher_shows_what_translucent_casters_take_away(renderer: gs.Renderer, samples: int) -> None:
+    """1 - (ambient + light * tint) / (ambient + light), of luminances; in the shadow of an opaque caster the tint changes nothing."""
+    wall = gs.Node(gs.Mesh(*shapes.rectangle((0.1, 0.5, 0.0), (0.3, 0, 0), (0, 0, -0.6))))
+    scene = gs.Scene((replace(ground(), catches=True), node("red", RED, -1.0, 1.0), wall))
+    light = gs.DirectionalLight(direction=(1.0, -1.0, 0.0), intensity=0.9)
+    outputs = ("alpha", "node", "visibility", "transmittance", "position")
+    frame = renderer.render(
+        scene, CAMERA, [light], SIZE, ambient=0.3, outputs=outputs, samples=samples, background=None
+    )
+    arriving = 0.9 / np.sqrt(2.0) * frame.visibility[0][..., None] * frame.transmittance[0]
+    weights = np.array([0.2126, 0.7152, 0.0722])
+    expected = 1.0 - (0.3 + arriving) @ weights / (0.3 + 0.9 / np.sqrt(2.0))
+    place = frame.position[..., [0, 2]]
+    # not on the borders of shadows, where a pixel's samples differ and the tint is that of its centre
+    flat = np.ones(frame.alpha.shape, dtype=bool)
+    for k in (-1, 1):
+        for axis in (0, 1):
+            flat &= (np.abs(np.roll(arriving, k, axis) - arriving) < 1e-3).all(axis=-1) & (
+                np.roll(frame.node, k, axis) == 0
+            )
+    flat &= (frame.node == 0) & ((place < (-1.1, -0.6)) | (place > (0.05, 0.6))).any(axis=-1)  # without the pane itself
+    tinted = flat & (frame.transmittance[0].min(axis=-1) < 0.9)
+    assert (tinted & (frame.visibility[0] == 1)).sum() > 100
+    assert (tinted & (frame.visibility[0] == 0)).sum() > 20
+    np.testing.assert_allclose(frame.alpha[flat], expected[flat], atol=2e-3)  # of a texel's colour
+
+
 def test_scene_without_translucent_casters_allocates_no_map() -> None:
     with gs.Renderer("egl") as fresh:
         fresh.render(gs.scenes.box().scene, None, None, SIZE, samples=1)

@@ -157,8 +157,12 @@ def test_ground(models):
     scene = load(models / "athlete_robot.stl", up_axis="z", ground=True, name="rover")
     assert scene.name == "rover"
     assert scene.nodes[-1].name == "ground"
+    model = load(models / "athlete_robot.stl", up_axis="z")
+    lowest, diagonal = world(model)[:, 1].min(), np.linalg.norm(np.ptp(model.bounds, axis=0))
     height = scene.nodes[-1].world_from_mesh[1, 3]
-    assert height == world(load(models / "athlete_robot.stl", up_axis="z"))[:, 1].min()
+    # before a floor of the model at the same height, and nearer than anyone sees
+    assert lowest - 2e-4 * diagonal < height < lowest - 5e-5 * diagonal
+    assert load(model, ground=True, look="plain").nodes[-1].world_from_mesh[1, 3] == lowest
 
 
 # --- trimesh objects ---

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
+from types import MappingProxyType
 from typing import Any
 
 import moderngl
@@ -135,8 +136,12 @@ class CameraTargets:
         The surface of each sample; with one sample per pixel, `surface` and `depth` are its textures.
     mixed : moderngl.Texture, optional
         1 where a pixel's samples see several surfaces.
+    points, given : int, mapping
+        GLS_POINTS of lib/given_point.glsl and its textures by name, of targets of points (`passes.points`); 0, empty: of an image.
     """
 
+    points: int = 0
+    given: Mapping[str, moderngl.Texture] = MappingProxyType({})
     _count = itertools.count()
 
     def __init__(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
@@ -74,6 +74,7 @@ class CameraView:
     clip_from_mesh: NDArray[np.float32]
     outside: NDArray[np.bool_]
     fallbacks: tuple[str, ...] = ()
+    anywhere: ClassVar[bool] = False  # whether receivers may be where no camera sees them, such as inside a closed body
 
     @cached_property
     def receivers(self) -> list[Array]:

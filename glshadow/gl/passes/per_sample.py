@@ -16,8 +16,8 @@ class PerSample:
 
     Parameters
     ----------
-    framebuffer : moderngl.Framebuffer
-        Colour 0: the sum of all lights, blended; colour 1: one light's visibility, if requested.
+    framebuffer : moderngl.Framebuffer, optional
+        Colour 0: the sum of all lights, blended; colour 1: one light's visibility, if requested. None: of passes with targets of their own.
     pixels : BufferTexture
         All collected pixels.
     first, count, across : int
@@ -26,15 +26,21 @@ class PerSample:
         Columns and rows of samples.
     visibility : bool
         Whether it is requested.
+    size : (2,) ints
+        Columns and rows of the packed buffers.
+    aside : (2,) floats
+        Offset of all rays, as of `CameraTargets.aside`; pixels.
     """
 
-    framebuffer: moderngl.Framebuffer
+    framebuffer: moderngl.Framebuffer | None
     pixels: BufferTexture
     first: int
     count: int
     across: int
     block: tuple[int, int]
     visibility: bool
+    size: tuple[int, int]
+    aside: tuple[float, float] = (0.0, 0.0)
 
     @property
     def defines(self) -> dict[str, int | str]:

@@ -133,6 +133,20 @@ def count_seen(
     `weights` 1: add the cosine at the surface instead of 1, and in a second channel the cosine wherever it is positive. 2: add these times
     the light's colour, to two colours of the framebuffer. Not `added`: write what the receiver's defines say.
     """
+    defines: dict[str, int | str] = {"GLS_ALONE": 1, "GLS_WEIGHED": weights}
+    _draw_alone(frame, light, receiver, per_sample, defines, (2 if weights == 2 else 1) if added else 0)
+
+
+def write_visibility(frame: FrameContext, light: Light, receiver: Receiver) -> None:
+    """Write the visibility that an image would show to the bound framebuffer."""
+    _draw_alone(frame, light, receiver, None, {"GLS_ALONE": 2}, 0)
+
+
+def _draw_alone(
+    frame: FrameContext, light: Light, receiver: Receiver, per_sample: PerSample | None, defines: dict[str, int | str],
+    added: int,
+) -> None:  # fmt: skip
+    """Draw without an image. `added`: colours to blend."""
     targets = frame.targets
     program = frame.programs.get(
         "pass/resolve.vert",
@@ -141,21 +155,21 @@ def count_seen(
         slots=receiver.slots,
         defines={
             **_common_defines(frame, light, receiver, per_sample),
-            "GLS_ALONE": 1,
-            "GLS_WEIGHED": weights,
+            **defines,
         },
     )
     none = np.zeros(3)
     share = Share(light, receiver, 0, 1, np.zeros((2, 3)), none)
     _set(program, frame, share, (0.0, 0.0) if per_sample else targets.aside)
-    if weights == 2:  # without the base colour
+    if defines.get("GLS_WEIGHED") == 2:  # without the base colour
         program.set(u_radiance=light.color)
     program.bind(**_surface(frame), **receiver.textures)
-    colors = (2 if weights == 2 else 1) if added else 0
+    if light.tables:
+        program.bind(**{name: partial(_table, frame, made) for name, made in light.tables.items()})
     if per_sample is not None:
-        _draw_per_sample(program, frame, per_sample, colors)
+        _draw_per_sample(program, frame, per_sample, added)
     else:
-        draw_over(frame.context, program, frame.camera_view, added=colors)
+        draw_over(frame.context, program, frame.camera_view, added=added)
     program.unbind()
 
 
@@ -170,6 +184,7 @@ def _common_defines(
         "GLS_SELECTIVE": int(frame.scene.selective),
         "GLS_ROUNDED": int(frame.scene.rounded is not None),
         "GLS_CAPSULES": frame.scene.capsules,
+        "GLS_POINTS": frame.targets.points,
         "GLS_PER_SAMPLE": int(per_sample is not None),
         **(per_sample.defines if per_sample else {}),
     }

@@ -108,7 +108,9 @@ class Samples:
             now = min(most, count - first)
             self._reserve(frame, min(now, across), -(-now // across), wanted)
             assert self._block_buffer is not None
-            per_sample = PerSample(self._block_buffer, self._pixels, first, now, across, self.block, wanted)
+            per_sample = PerSample(
+                self._block_buffer, self._pixels, first, now, across, self.block, wanted, self._block_buffer.size
+            )
             for number, share in enumerate(shares):
                 self._block_buffer.viewport = per_sample.viewport
                 self._block_buffer.use()

@@ -95,6 +95,7 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
         **({"u_albedo": lambda: scene.albedo} if scene.features.glossy else {}),
         **({} if targets.emission is None else {"u_emission": targets.emission}),
         **({"u_smooth": scene.rounded} if scene.rounded is not None else {}),
+        **targets.given,
     }
 
 

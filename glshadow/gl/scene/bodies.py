@@ -50,7 +50,10 @@ def casters_seen(scene: GpuScene, light: Light, camera_view: CameraView | None) 
         casters = scene.casting[key] = _casters(scene, light.extremes())
     casting = casters.always.copy()
     for i, body in casters.inside.items():
-        casting[i] = camera_view is None or not (camera_view.outside[i] or body.excludes(camera_view.near_corners))
+        if camera_view is None or camera_view.anywhere:
+            casting[i] = True
+        else:
+            casting[i] = not (camera_view.outside[i] or body.excludes(camera_view.near_corners))
     return casting
 
 

@@ -86,7 +86,9 @@ class Techniques(dict[tuple[int, str], Technique]):
     def _allocate(self, frame: FrameContext, number: int, light: Light) -> LightPass:
         resolved = resolve_shadow(light)
         technique = self._allocated(frame, number, light, resolved)
-        if resolved is None or resolved.requested.filter is not None or resolved.filter.has_map:
+        if resolved is None or resolved.filter.has_map:
+            return LightPass(number, light, technique)
+        if resolved.requested.filter is not None and not resolved.filter.interpolates:
             return LightPass(number, light, technique)
         try:
             return LightPass(number, light, technique, technique.update(frame))

@@ -121,6 +121,7 @@ class Accumulated(Technique):
 
     def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
         self._count(frame, self._sample_counts, per_sample)
+        assert per_sample.framebuffer is not None
         per_sample.framebuffer.use()
         return self._counts_receiver(frame, self._sample_counts)
 
@@ -150,7 +151,10 @@ class Accumulated(Technique):
 
 
 def undithered(filter_: Filter) -> tuple[str, ...]:
-    """The fallback of a dithering filter, whose sample points are rendered one after another."""
-    return (
-        ("no dither: the light's points are sampled one after another, each for all pixels",) if filter_.dithers else ()
+    """The fallbacks of a filter that dithers or interpolates, whose sample points are rendered one after another."""
+    asked = {"no dither": filter_.dithers, "not interpolated": filter_.interpolates}
+    return tuple(
+        f"{what}: the light's points are sampled one after another, each for all pixels"
+        for what, so in asked.items()
+        if so
     )

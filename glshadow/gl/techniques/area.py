@@ -25,6 +25,7 @@ from glshadow.gl.techniques.cells import LINK_BYTES, CellLists
 from glshadow.gl.techniques.counts import Counts
 from glshadow.gl.techniques.found import BATCH, ROW, Found
 from glshadow.gl.techniques.grown import DEFINES, Grown
+from glshadow.gl.techniques.interpolated import UNITS, Interpolated, image_only
 from glshadow.gl.techniques.listed import Listed
 from glshadow.gl.techniques.mapped import Mapped
 from glshadow.gl.techniques.technique import open_receiver
@@ -35,6 +36,7 @@ from glshadow.shadows.shadow import ResolvedShadow
 # A partly lit pixel walks most of the triangles whose shadows move far, 13 ns each; a frame with a hard shadow takes 40 ns a pixel and
 # 100 a triangle (llvmpipe): the cost of this many of the former equals one of the latter.
 _PIXEL, _TRIANGLE = 4, 10
+_WIDE = 75  # the same for points, of which one in eight is partly lit: measured on the courtyard
 _LONGEST = 60000  # links in a receiver's list: llvmpipe ends loops after 65,536 turns
 
 
@@ -49,6 +51,7 @@ class Area(Listed):
         self._disc: BufferTexture | None = None
         self._disc_key: Hashable = None
         self._image_counts, self._sample_counts = Counts(context), Counts(context)
+        self._sparse_counts, self._between = Counts(context), Interpolated(context)
         self._fragments: BufferTexture | None = None  # partly lit pixels: x | y << 16
         self._found = Found(context)
         self._counter = context.ctx.buffer(reserve=4)
@@ -82,7 +85,8 @@ class Area(Listed):
     def finalize(self, used: Used) -> Used:
         """Add how the sample points were tested."""
         if not self._instead:
-            return replace(used, why=f"{used.why}; {self._points} points of the light")
+            between = ", interpolated between pixels" if self._shadow.filter.interpolates else ""
+            return replace(used, why=f"{used.why}; {self._points} points of the light{between}")
         used = self._accumulated.finalize(used)
         if used.filter is not None and used.filter.has_map:  # its own reason is given already
             return used
@@ -116,7 +120,8 @@ class Area(Listed):
         """A receiver that reads the counts. They are rendered again only if light, scene or camera view changed since the last frame."""
         if self._instead:
             return self._accumulated.receiver(frame)
-        self._rays = self._marking(frame) if frame.targets.samples > 1 else self._walked(frame)
+        marking = frame.targets.samples > 1 and not self._interpolates(frame)
+        self._rays = self._marking(frame) if marking else self._walked(frame)
         key = (self._key, frame.camera_view, frame.targets.identity, self._shadow.filter)
         if self._counted is None or self._counted[0] != key:
             self._counted = None
@@ -138,25 +143,48 @@ class Area(Listed):
 
     def _count(self, frame: FrameContext) -> str:
         """Count for all pixels of the image. Returns why that would take too long or does not fit (nothing is counted then), or ''."""
-        self._classify(frame, self._image_counts, None)
         pixels, triangles = frame.camera_view.size[0] * frame.camera_view.size[1], frame.scene.world.count
-        if self.partly_lit * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
+        sparse, counts = None, self._image_counts
+        if self._interpolates(frame):
+            sparse, counts, frame = self._between.sparse(frame), self._sparse_counts, image_only(frame)
+            pixels //= 4
+        self._classify(frame, counts, sparse)
+        if frame.targets.points:  # the answer of a point may not depend on how many others there are
+            if self.grown.widest > _WIDE * self._points:
+                return f"{self.grown.widest} triangles whose shadows move far"
+        elif self.partly_lit * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
             return f"{self.grown.widest} triangles whose shadows move far and {self.partly_lit} pixels that see some of the light"
         try:
-            if self.partly_lit:
-                self._cast_rays(frame, self._image_counts, None)
+            self._cast_rays(frame, counts, sparse)
+            if sparse is not None:
+                self._interpolate(frame, None, self._sparse_counts, self._image_counts)
         except ResourceError as error:
             return str(error)
         return ""
+
+    def _interpolates(self, frame: FrameContext) -> bool:
+        return self._shadow.filter.interpolates and not frame.targets.points  # given points have no neighbours
+
+    def _interpolate(self, frame: FrameContext, per_sample: PerSample | None, known: Counts, counts: Counts) -> None:
+        """Interpolate the counts of the image or of samples between others, and count the rest."""
+        between = self._between
+        between.interpolate(frame, per_sample, known, counts, self._points)
+        for batch in between.batches(frame.targets.aside if per_sample is None else per_sample.aside):
+            self._classify(frame, between.counts, batch)
+            self._cast_rays(frame, between.counts, batch)
+            between.scatter(frame, batch, counts)
 
     def _begin_one_after_another(self, frame: FrameContext) -> Used:
         self._accumulated.allocate(frame, self.light, self._shadow)
         return self._accumulated.update(frame)
 
     def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
-        self._classify(frame, self._sample_counts, per_sample)
-        if self.partly_lit:
+        if self._interpolates(frame):
+            self._interpolate(frame, per_sample, self._image_counts, self._sample_counts)
+        else:
+            self._classify(frame, self._sample_counts, per_sample)
             self._cast_rays(frame, self._sample_counts, per_sample)
+        assert per_sample.framebuffer is not None
         per_sample.framebuffer.use()
         return self._counts_receiver(frame, self._sample_counts)
 
@@ -226,6 +254,7 @@ class Area(Listed):
             "GLS_SELECTIVE": int(scene.selective),
             "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_PER_SAMPLE": int(per_sample is not None),
+            "GLS_POINTS": targets.points,
             **DEFINES,
             **(self.light.penumbra or {}),
             "GLS_DITHER": int(self._shadow.filter.dithers),
@@ -237,7 +266,7 @@ class Area(Listed):
         program = frame.programs.get(
             "pass/resolve.vert", "pass/penumbra.frag", "core430", area_slots(self.light, between), defines
         )
-        aside = (0.0, 0.0) if per_sample else targets.aside
+        aside = per_sample.aside if per_sample else targets.aside
         program.set(**camera_uniforms(scene, frame.camera_view, rays.axes, rays.offset, aside))
         program.set(**rays.uniforms, **self._values)  # with the eye in the light's frame
         program.set(u_count=self._points, u_samples=targets.fine.surface.size if per_sample else frame.camera_view.size)
@@ -272,7 +301,7 @@ class Area(Listed):
             open_receiver(frame, self.light),
             slots=precomputed_slots(self.light),
             defines={"GLS_COUNTED": 1},
-            uniforms={"u_points": float(self._points)},
+            uniforms={"u_points": float(self._points * (UNITS if self._interpolates(frame) else 1))},
             textures={"u_counts": counts.texture},
         )
 
@@ -284,6 +313,8 @@ class Area(Listed):
             self._disc,
             self._image_counts,
             self._sample_counts,
+            self._sparse_counts,
+            self._between,
             self._fragments,
             self._found,
             self._counter,

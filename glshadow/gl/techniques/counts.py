@@ -36,11 +36,7 @@ class Counts:
         self, frame: FrameContext, per_sample: PerSample | None, components: int, dtype: str, textures: int = 1
     ) -> None:
         """Bind the counts as render target: for the image, with its depth test, or for collected samples."""
-        size, whose = (
-            (frame.targets.depth.size, frame.targets.identity)
-            if per_sample is None
-            else (per_sample.framebuffer.size, -1)
-        )
+        size, whose = (frame.targets.size, frame.targets.identity) if per_sample is None else (per_sample.size, -1)
         shape = (size, whose, components, dtype, textures)
         if self._shape != shape:
             old = () if self._shape is None else (self.framebuffer, *self.textures)

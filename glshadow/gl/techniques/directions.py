@@ -191,6 +191,7 @@ class Directions(Technique):
 
     def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
         self._count(frame, self._sample_counts, per_sample)
+        assert per_sample.framebuffer is not None
         per_sample.framebuffer.use()
         return self._counts_receiver(frame, self._sample_counts)
 

@@ -94,6 +94,11 @@ class Listed(Technique):
         return Used(filter=shadow.filter, faces=shadow.requested.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
 
+    def list_all(self, frame: FrameContext, light: Light) -> None:
+        """Build lists of all triangles, whatever casts shadows; as `update`."""
+        self.light = light
+        self._update_lists(frame.programs, frame.scene, light, np.ones(len(frame.scene.nodes), dtype=bool))
+
     def _update_lists(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
         """Build the lists if needed; returns whether they were built."""
         key = made_for(scene, light, casting)

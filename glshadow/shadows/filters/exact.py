@@ -25,6 +25,9 @@ class Exact(Filter):
         Points of a light that has a size, 16 to 1024.
     dither : bool
         Rotate the points from pixel to pixel: noise instead of the steps of few points.
+    interpolate : bool
+        Test the points at every second pixel of each second row, and interpolate between pixels on the same surface where they differ by
+        at most a fifth of the light. Two to four times faster; what is narrower than two pixels may be lost from a penumbra.
 
     References
     ----------
@@ -36,6 +39,7 @@ class Exact(Filter):
         whole(16, 1024), 64, kw_only=True, help="points of a light that has a size, 16 to 1024"
     )
     dither: bool = setting(flag(), False)
+    interpolate: bool = setting(flag(), False)
 
     spelling = "exact"
     elsewhere = "antialiasing is set for the whole image: render(..., samples=16), --samples 16"
@@ -49,7 +53,7 @@ class Exact(Filter):
         usual = type(self)()
         said = [
             f"{name}={getattr(self, name)}"
-            for name in ("light_samples", "dither")
+            for name in ("light_samples", "dither", "interpolate")
             if getattr(self, name) != getattr(usual, name)
         ]
         return f"Exact({', '.join(said)})"
@@ -64,11 +68,19 @@ class Exact(Filter):
         """`dither`."""
         return self.dither
 
-    def __init__(self, samples: Any = None, *, light_samples: int = 64, dither: bool = False) -> None:
+    @property
+    def interpolates(self) -> bool:
+        """`interpolate`."""
+        return self.interpolate
+
+    def __init__(
+        self, samples: Any = None, *, light_samples: int = 64, dither: bool = False, interpolate: bool = False
+    ) -> None:
         if samples is not None:
             raise SettingsError(f"Exact takes no samples, got {shown(samples)}; {self.elsewhere}")
         object.__setattr__(self, "light_samples", light_samples)
         object.__setattr__(self, "dither", dither)
+        object.__setattr__(self, "interpolate", interpolate)
         self.__post_init__()
 
     @classmethod

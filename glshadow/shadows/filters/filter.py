@@ -77,6 +77,11 @@ class Filter(Spelled):
         return False
 
     @property
+    def interpolates(self) -> bool:
+        """Whether the light's sample points are tested at some pixels only, and interpolated between them."""
+        return False
+
+    @property
     def reads_depths(self) -> bool:
         """Whether it reads stored depths, not only the results of comparisons."""
         return False

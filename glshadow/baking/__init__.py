@@ -1,0 +1,1 @@
+"""Light and ambient occlusion on the faces, vertices or texels of a scene."""
