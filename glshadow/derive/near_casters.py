@@ -15,7 +15,10 @@ ALL = 4096
 """Triangles of a scene up to which all are listed; of more, those larger than `LARGE`."""
 LARGE = 4.0
 """Texels: longest edge."""
-_NEAR, _NEAR_OF_MANY = 4.0, 2.75  # texels: farther triangles are left to the maps, which miss what is nearer than slack and half a texel
+_NEAR, _NEAR_OF_MANY = (
+    4.0,
+    2.75,
+)  # texels: farther triangles are left to the maps, which miss what is nearer than slack and half a texel
 _MOST, _MOST_OF_MANY = 48, 24  # triangles of a cell, the largest: more are left to the maps
 _CELLS = 48  # along the longest side, at most
 _PIECES = 40_000  # of all triangles, each no larger than a cell: of more, the largest triangles are listed

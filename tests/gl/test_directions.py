@@ -60,8 +60,11 @@ def maps(renderer: gs.Renderer) -> Array:
 def test_visibility_matches_the_twin(
     renderer: gs.Renderer, older: gs.Renderer, monkeypatch: pytest.MonkeyPatch, compute: bool
 ) -> None:
-    """Of the maps alone, see test_near_casters for rays. A receiver on the border between two texels, or on the border of a shadow, may round to the other side: one of 16 directions then
-    differs."""
+    """Of the maps alone; of rays, see test_near_casters.
+
+    A receiver on the border between two texels, or on the border of a shadow, may round to the other side: one of 16 directions then
+    differs.
+    """
     monkeypatch.setattr("glshadow.gl.techniques.directions.near_casters", lambda *_: None)
     drawn, scene = renderer if compute else older, gs.scenes.courtyard()
     frame = drawn.render(scene, None, [sky(16, 64)], SIZE, samples=1, outputs=ALL)

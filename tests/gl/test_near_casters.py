@@ -1,4 +1,4 @@
-"""Rays to a sky against what is near a receiver, beside its maps: rooms, thin walls, sheets, an object far away, and the lists themselves."""
+"""Rays to a sky against what is near a receiver, beside its maps: rooms, thin walls, sheets, an object far away, and the lists."""
 
 from __future__ import annotations
 
@@ -112,7 +112,9 @@ def test_object_far_away_leaves_the_contact_shadow(renderer: gs.Renderer) -> Non
     """A texel is then 11 units wide."""
     camera = gs.PerspectiveCamera((2.0, 1.5, 3.0), (0.0, 0.3, 0.0))
     near = renderer.render(small_box([]), camera, [gs.SkyLight()], FINE, samples=1)
-    far = renderer.render(small_box([slab((900.0, 0.0, 900.0), (901.0, 1.0, 901.0))]), camera, [gs.SkyLight()], FINE, samples=1)
+    far = renderer.render(
+        small_box([slab((900.0, 0.0, 900.0), (901.0, 1.0, 901.0))]), camera, [gs.SkyLight()], FINE, samples=1
+    )
     gap = np.abs(far.visibility[0] - near.visibility[0])
     assert np.nanmin(near.visibility[0]) < 0.6
     assert np.nanmean(gap) < 0.004
@@ -122,8 +124,12 @@ def test_object_far_away_leaves_the_contact_shadow(renderer: gs.Renderer) -> Non
 
 def test_fine_object_far_away_is_reported(renderer: gs.Renderer) -> None:
     ball = gs.Node(gs.Mesh(*shapes.icosphere(4, 0.5)))
-    alone = renderer.render(gs.Scene([slab((-1.0, -1.0, -1.0), (1.0, -0.5, 1.0)), ball]), None, [gs.SkyLight()], SMALL, samples=1)
-    far = renderer.render(small_box([ball, slab((900.0, 0.0, 900.0), (901.0, 1.0, 901.0))]), None, [gs.SkyLight()], SMALL, samples=1)
+    alone = renderer.render(
+        gs.Scene([slab((-1.0, -1.0, -1.0), (1.0, -0.5, 1.0)), ball]), None, [gs.SkyLight()], SMALL, samples=1
+    )
+    far = renderer.render(
+        small_box([ball, slab((900.0, 0.0, 900.0), (901.0, 1.0, 901.0))]), None, [gs.SkyLight()], SMALL, samples=1
+    )
     assert alone.used[0].fallbacks == ()
     (text,) = far.used[0].fallbacks
     assert "casting nodes are smaller than 4 texels of the maps, which are 1" in text
@@ -152,7 +158,9 @@ def distances(point: Array, corners: Array) -> Array:
 
 def test_cells_list_all_that_is_near() -> None:
     random = np.random.default_rng(5)
-    corners = random.uniform(-1.0, 1.0, (30, 1, 3)) + random.uniform(-1.0, 1.0, (30, 3, 3)) * random.choice([0.05, 1.0], (30, 1, 1))
+    corners = random.uniform(-1.0, 1.0, (30, 1, 3)) + random.uniform(-1.0, 1.0, (30, 3, 3)) * random.choice(
+        [0.05, 1.0], (30, 1, 1)
+    )
     near = near_casters(corners, 0.05, True)
     assert near is not None
     assert near.complete

@@ -153,7 +153,9 @@ class Directions(Technique):
         if self._written == key:
             return
         axes = self.light.frame((), frame.scene.origin)[:3, :3]
-        rows = rows_of(self.found, self._lights, axes, self.light.per_channel, fine, self._shadow.filter.points_of_light)
+        rows = rows_of(
+            self.found, self._lights, axes, self.light.per_channel, fine, self._shadow.filter.points_of_light
+        )
         self._sets, self._length = rows.shape[:2]
         release(self._table, self._towards)
         self._table = self._towards = self._written = None

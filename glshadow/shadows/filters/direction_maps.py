@@ -30,8 +30,8 @@ class DirectionMaps(SizeFilter):
     Parameters
     ----------
     count : int, optional
-        Directions, 1 to 1024. None: 256; fewer, but at least 32, for a scene of more than 520,000 triangles; 1024 of a sky over no more than 1,024
-        triangles.
+        Directions, 1 to 1024. None: 256; fewer, but at least 32, for a scene of more than 520,000 triangles; 1024 of a sky over
+        no more than 1,024 triangles.
 
     References
     ----------
