@@ -66,6 +66,9 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.insolation.hours import sun_hours
+    from glshadow.insolation.result import SunHours
+    from glshadow.inverse.fit import FittedLight, fit_light
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
@@ -99,6 +102,7 @@ _LAZY = {
     "Comparison": "glshadow.ui.compare",
     "Dem": "glshadow.terrain.dem",
     "Explorer": "glshadow.ui.explore",
+    "FittedLight": "glshadow.inverse.fit",
     "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
@@ -112,6 +116,7 @@ _LAZY = {
     "ShadowOutline": "glshadow.outlines.result",
     "ShadowPair": "glshadow.training.pairs",
     "ShadowView": "glshadow.shadows.view",
+    "SunHours": "glshadow.insolation.result",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
     "Truth": "glshadow.reference.truth",
@@ -120,6 +125,7 @@ _LAZY = {
     "compare": "glshadow.ui.compare",
     "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
+    "fit_light": "glshadow.inverse.fit",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
     "read_colmap": "glshadow.io.colmap",
@@ -131,6 +137,7 @@ _LAZY = {
     "shadow_pair": "glshadow.training.pairs",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "sun_hours": "glshadow.insolation.hours",
     "terrain_horizon": "glshadow.terrain.shadow",
     "terrain_shadow": "glshadow.terrain.shadow",
     "to_coco": "glshadow.training.coco",
@@ -189,6 +196,7 @@ __all__ = [
     "Faces",
     "FisheyeDistortion",
     "Fit",
+    "FittedLight",
     "Flip",
     "Frame",
     "GlshadowError",
@@ -232,6 +240,7 @@ __all__ = [
     "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
+    "SunHours",
     "SunPath",
     "Target",
     "TerrainRaster",
@@ -246,6 +255,7 @@ __all__ = [
     "compare",
     "explore",
     "export_page",
+    "fit_light",
     "flip",
     "image",
     "load",
@@ -264,6 +274,7 @@ __all__ = [
     "show",
     "study",
     "sun",
+    "sun_hours",
     "terrain_horizon",
     "terrain_shadow",
     "to_coco",
