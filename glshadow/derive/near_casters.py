@@ -1,4 +1,4 @@
-"""Triangles near each cell of a grid over the scene: those against which a receiver's rays to a sky are tested, where texels of maps are too coarse."""
+"""Triangles near each cell of a grid over the scene: rays to a sky are tested against them, where texels of maps are too coarse."""
 
 from __future__ import annotations
 
