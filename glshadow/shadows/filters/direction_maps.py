@@ -12,6 +12,8 @@ from glshadow.shadows.filters.filter import Needs, SizeFilter
 MOST = 256
 """Directions of a scene that is not large: their sum is within 0.004 of that of 1,024."""
 LEAST = 32
+FEW, OF_FEW = 1024, 1024
+"""A sky over no more triangles than this has this many directions: rooms and plain bodies, on whose wide walls 256 show steps."""
 TRIANGLES = 1 << 27
 """Triangles, counted once for each direction, that are drawn for a light unless the count is given."""
 
@@ -23,13 +25,16 @@ class DirectionMaps(SizeFilter):
     For a sky or environment light, or a directional light with an angle; the latter's penumbra is a mean over its maps, whose resolution
     should be a few hundred texels.
 
-    Each pixel of a 2 x 2 block samples a quarter of the maps; visibility is the mean over the pixel and its neighbours on the same surface.
+    Each pixel of a 2 x 2 block samples a quarter of the maps, of 1024 maps a sixteenth; visibility is the mean over the pixel and its
+    neighbours on the same surface. What is near a receiver is tested by rays: all triangles of a scene of up to 4,096, of others the large
+    ones.
     The maps cover all casters, not what the camera sees: they are drawn again only if the scene or the light changes.
 
     Parameters
     ----------
     count : int, optional
-        Directions, 1 to 1024. None: 256; fewer, but at least 32, for a scene of more than 520,000 triangles.
+        Directions, 1 to 1024. None: 256; fewer, but at least 32, for a scene of more than 520,000 triangles; 1024 of a sky over
+        no more than 1,024 triangles.
 
     References
     ----------
@@ -59,8 +64,10 @@ class DirectionMaps(SizeFilter):
             f"{name} use Exact() or LightSamples()"
         )
 
-    def of_scene(self, triangles: int) -> Self:
-        """With `count`, or a multiple of four that suits the scene."""
+    def of_scene(self, triangles: int, per_channel: bool = False) -> Self:
+        """With `count`, or a multiple of four that suits the scene. `per_channel`: the light is an image."""
         if self.count is not None:
             return self
+        if triangles <= FEW and not per_channel:
+            return type(self)(OF_FEW)
         return type(self)(min(max(TRIANGLES // max(triangles, 1) // 4 * 4, LEAST), MOST))
