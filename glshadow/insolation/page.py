@@ -78,7 +78,7 @@ def write_page(found: SunHours, path: str | os.PathLike[str], renderer: Renderer
     drawn = pictures_of(found, SIZE, renderer)
     table = found.save(path.with_suffix(".csv"))
     with replacing(path) as part:
-        part.write_text(_page(found, table.name, drawn, _colors(), _top(found)), encoding="utf-8")
+        part.write_text(_page(found, table.name, drawn, _colors(), found.top), encoding="utf-8")
     return path, table
 
 
@@ -87,29 +87,11 @@ def pictures_of(
 ) -> dict[str, NDArray[np.uint8]]:
     """See `SunHours.images`."""
     require()
-    scene = colored_scene(found, found.hours, _colors(), _top(found))
+    scene = colored_scene(found, found.hours, _colors(), found.top)
     if renderer is not None:
         return images(scene, size, renderer)
     with Renderer() as own:
         return images(scene, size, own)
-
-
-def _top(found: SunHours) -> float:
-    return nice_top(float(np.nanmax(found.hours, initial=0.0)))
-
-
-def nice_top(most: float) -> float:
-    """The least of 1, 2, 2.5, 4, 5, 6, 8 times a power of ten that is not below `most`; 1 for 0."""
-    if most <= 0.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(most))
-    return float(
-        next(
-            step * power
-            for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-            if step * power >= most * (1.0 - 1e-12)
-        )
-    )
 
 
 def _colors() -> Array:

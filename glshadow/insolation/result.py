@@ -112,10 +112,15 @@ class SunHours:
         """(24,) float64: shaded share of the possible hours by hour of the day."""
         return _share(self.table_hours.sum(axis=0), self.table_possible.sum(axis=0))
 
+    @property
+    def top(self) -> float:
+        """Hours of the brightest colour of `images` and pages: the least round number that is not below the most hours."""
+        return nice_top(float(np.nanmax(self.hours, initial=0.0)))
+
     def images(self, size: tuple[int, int] = (640, 480)) -> dict[str, NDArray[np.uint8]]:
         """The model with the colours of its hours, from four sides and from above with north up: caption -> (H, W, 3) uint8.
 
-        The colours are matplotlib's inferno, from 0 to the least round number that is not below the most hours.
+        The colours are matplotlib's inferno, from 0 to `top`.
 
         Raises
         ------
@@ -164,6 +169,15 @@ class SunHours:
             for row in zip(*(each.tolist() for each in columns.values()), strict=True):
                 writer.writerow([f"{each:.10g}" if isinstance(each, float) else each for each in row])
         return path
+
+
+def nice_top(most: float) -> float:
+    """The least of 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten that is not below `most`; 1 for 0."""
+    if most <= 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(most))
+    steps = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+    return float(next(step * power for step in steps if step * power >= most * (1.0 - 1e-12)))
 
 
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")

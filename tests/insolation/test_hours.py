@@ -110,6 +110,19 @@ def test_renderer_sums_what_rays_sum(to: str, rng: np.random.Generator, renderer
     np.testing.assert_allclose(found.possible, traced.possible)
 
 
+def test_mirrored_nodes_receive_on_their_outside(renderer: gs.Renderer) -> None:
+    # Mirrored in x: corners turn the other way in the world, and the front is still the outside.
+    cube = gs.Mesh(*shapes.box((2.0, 2.0, 2.0)))
+    path = gs.SunPath(0.0, 0.0, *EQUINOX, 60.0, refraction=False)
+    plain, mirrored = (
+        gs.sun_hours(gs.Scene([gs.Node(cube, np.diag([x, 1.0, 1.0, 1.0]))]), path, renderer=renderer)
+        for x in (1.0, -1.0)
+    )
+    assert plain.hours.max() > 11.0
+    np.testing.assert_allclose(np.sort(mirrored.hours), np.sort(plain.hours), atol=1.0)
+    np.testing.assert_allclose(np.sort(mirrored.possible), np.sort(plain.possible), atol=1.0)
+
+
 def test_renderer_finds_the_hours_before_a_wall(renderer: gs.Renderer) -> None:
     path = gs.SunPath(0.0, 0.0, *EQUINOX, 10.0, refraction=False)
     scene = gs.Scene([wall("north", 10.0, 10.0)])

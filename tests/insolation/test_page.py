@@ -14,8 +14,9 @@ from click.testing import CliRunner
 
 import glshadow as gs
 from glshadow.cli import main
-from glshadow.insolation.page import nice_top, write_page
+from glshadow.insolation.page import write_page
 from glshadow.insolation.parts import divided, spread
+from glshadow.insolation.result import nice_top
 from glshadow.scenes import shapes
 from tests.insolation.rays import RayEyes
 
@@ -88,7 +89,7 @@ def test_images_have_the_colours_of_the_hours(tmp_path: Path, renderer: gs.Rende
     page, table = write_page(found, tmp_path / "hours.html", renderer)
     text = page.read_text(encoding="utf-8")
     above = images_of(text)[4]
-    expected = 255.0 * np.array(colormaps["inferno"](found.hours[0] / nice_top(found.hours.max()))[:3])
+    expected = 255.0 * np.array(colormaps["inferno"](found.hours[0] / found.top)[:3])
     assert np.abs(above[240, 320] - expected).max() < 6.0  # 64 colours of the bar
     assert (above[2, 2] == 255).all()
     assert len(pandas.read_csv(table)) == len(found.hours)
