@@ -66,12 +66,16 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.insolation.hours import sun_hours
+    from glshadow.insolation.result import SunHours
+    from glshadow.inverse.fit import FittedLight, fit_light
     from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
     from glshadow.once import render, visibility
     from glshadow.outlines.outline import shadow_outline
     from glshadow.outlines.result import ShadowOutline
+    from glshadow.outlines.surface import SurfaceOutline, surface_outline
     from glshadow.reference.blockers import Blockers, blockers
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
@@ -99,6 +103,7 @@ _LAZY = {
     "Comparison": "glshadow.ui.compare",
     "Dem": "glshadow.terrain.dem",
     "Explorer": "glshadow.ui.explore",
+    "FittedLight": "glshadow.inverse.fit",
     "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
@@ -112,14 +117,17 @@ _LAZY = {
     "ShadowOutline": "glshadow.outlines.result",
     "ShadowPair": "glshadow.training.pairs",
     "ShadowView": "glshadow.shadows.view",
+    "SunHours": "glshadow.insolation.result",
     "SunPath": "glshadow.solar.path",
     "TerrainRaster": "glshadow.terrain.shadow",
+    "SurfaceOutline": "glshadow.outlines.surface",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.derive.used",
     "blockers": "glshadow.reference.blockers",
     "compare": "glshadow.ui.compare",
     "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
+    "fit_light": "glshadow.inverse.fit",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
     "read_colmap": "glshadow.io.colmap",
@@ -131,8 +139,10 @@ _LAZY = {
     "shadow_pair": "glshadow.training.pairs",
     "show": "glshadow.ui.window",
     "sun": "glshadow.solar.path",
+    "sun_hours": "glshadow.insolation.hours",
     "terrain_horizon": "glshadow.terrain.shadow",
     "terrain_shadow": "glshadow.terrain.shadow",
+    "surface_outline": "glshadow.outlines.surface",
     "to_coco": "glshadow.training.coco",
     "trace": "glshadow.reference.trace",
     "visibility": "glshadow.once",
@@ -189,6 +199,7 @@ __all__ = [
     "Faces",
     "FisheyeDistortion",
     "Fit",
+    "FittedLight",
     "Flip",
     "Frame",
     "GlshadowError",
@@ -232,7 +243,9 @@ __all__ = [
     "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
+    "SunHours",
     "SunPath",
+    "SurfaceOutline",
     "Target",
     "TerrainRaster",
     "Texture",
@@ -246,6 +259,7 @@ __all__ = [
     "compare",
     "explore",
     "export_page",
+    "fit_light",
     "flip",
     "image",
     "load",
@@ -264,6 +278,8 @@ __all__ = [
     "show",
     "study",
     "sun",
+    "sun_hours",
+    "surface_outline",
     "terrain_horizon",
     "terrain_shadow",
     "to_coco",

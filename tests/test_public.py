@@ -29,6 +29,7 @@ INNER = {
     "Motion": "how a loaded scene moves: `Scene.at` uses it",
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",
+    "Visibility": "a protocol: what `sun_hours` needs of a renderer",
     "Pictured": "a protocol: what `flip` needs of a frame",
     "ResolvedShadow": "a Shadow with what it derives, for the passes",
 }

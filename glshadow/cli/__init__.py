@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from glshadow import __version__
-from glshadow.cli import batch, doctor, export, measure, plan, render, study, view
+from glshadow.cli import batch, doctor, export, measure, plan, render, study, sun, view
 from glshadow.cli.running import exit_code, one_line, say, terminable
 
 
@@ -34,6 +34,7 @@ def main() -> None:
     glshadow measure model.glb                  its shadows against a traced reference
     glshadow study model.glb -o folder          speed and error of many settings, as an HTML page
     glshadow plan model.glb --wrong 0.1%        the cheapest settings for that error
+    glshadow sun model.glb --place 48.1,11.6 --year 2026 --zone Europe/Berlin -o hours.html
     glshadow batch jobs.jsonl -o folder         many images, in processes or on a cluster
     glshadow export model.glb -o page           a page for browsers: WebGL 1, one file
     glshadow view model.glb                     an interactive window with lights and errors
@@ -47,6 +48,7 @@ main.add_command(render.command, "render")
 main.add_command(measure.command, "measure")
 main.add_command(study.command, "study")
 main.add_command(plan.command, "plan")
+main.add_command(sun.command, "sun")
 main.add_command(batch.command, "batch")
 main.add_command(export.command, "export")
 main.add_command(view.command, "view")

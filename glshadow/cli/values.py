@@ -54,7 +54,13 @@ def color(text: str) -> Triple:
 
 def exposure(text: str) -> Exposure:
     """A number of stops, auto, scene or none."""
-    return EXPOSURE("exposure", None if text == "none" else text if text in ("auto", "scene") else number(text))
+    if text in ("none", "auto", "scene"):
+        return EXPOSURE("exposure", None if text == "none" else text)
+    try:
+        stops = number(text)
+    except SettingsError:
+        raise SettingsError(f"{text!r} is not a number of stops, auto, scene or none") from None
+    return EXPOSURE("exposure", stops)
 
 
 def background(text: str) -> Triple | str | None:

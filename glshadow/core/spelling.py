@@ -143,7 +143,7 @@ def _number(word: str) -> int | float | None:
 def number(text: str) -> float:
     """A finite number from text."""
     try:
-        value = float(text)
+        value = math.nan if "_" in text else float(text)  # Python reads 1_0 as 10
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

@@ -13,8 +13,10 @@ from glshadow.lights import Light
 from glshadow.shadows.bias import FACET_SLOPE
 from glshadow.shadows.view import ShadowView
 
-SETS = 4
-"""Sets of maps: each pixel of a 2 x 2 block samples one."""
+SETS, MANY_SETS = 4, 16
+"""Sets of maps: each pixel of a block of 2 x 2, or 4 x 4, samples one."""
+MANY = 1024
+"""Directions of equal weight that are divided into `MANY_SETS`."""
 FINE = 1 << 16
 """Pixels of an image from which on maps are divided into sets: in a smaller one a mean over neighbours would blur, and all cost little."""
 _FEWEST = 64  # directions that are divided into sets
@@ -25,7 +27,7 @@ REACH = 0.5 * np.sqrt(2.0)
 MOST_SLACK = 2.0
 """Texels: where the light grazes the surface, the slack of a facet would grow without bound."""
 _TURNS = np.radians(15.0) * np.arange(6)
-_MANY = 512  # corners: of more, their box is covered
+_CORNERS = 512  # corners: of more, their box is covered
 _GUARD = 1  # texels without casters along a tile's border: receivers beyond it find them
 
 
@@ -54,6 +56,11 @@ class DirectionViews:
         resolution = self.views[0].resolution
         return (self.side * resolution, -(-len(self.views) // self.side) * resolution)
 
+    @property
+    def texel(self) -> float:
+        """Longest edge of a texel of any map, world units."""
+        return max(max(view.texel) for view in self.views)
+
 
 def direction_views(lights: Sequence[Light], casters: Array, clip: ClipSpace, resolution: int) -> DirectionViews:
     """Views that cover all casters, whatever the camera sees.
@@ -68,7 +75,7 @@ def direction_views(lights: Sequence[Light], casters: Array, clip: ClipSpace, re
     low, high = casters.min(axis=0), casters.max(axis=0)
     middle = 0.5 * (low + high)
     corners = (
-        casters if len(casters) <= _MANY else np.stack(np.meshgrid(*zip(low, high, strict=True)), -1).reshape(-1, 3)
+        casters if len(casters) <= _CORNERS else np.stack(np.meshgrid(*zip(low, high, strict=True)), -1).reshape(-1, 3)
     )
     corners = corners - middle
     radius = 1.001 * max(float(np.linalg.norm(corners, axis=1).max()), 1e-300)
@@ -97,36 +104,42 @@ def direction_views(lights: Sequence[Light], casters: Array, clip: ClipSpace, re
     return DirectionViews(tuple(views), middle, radius, side)
 
 
-def sets_of(lights: Sequence[Light], per_channel: bool, fine: bool) -> tuple[NDArray[np.int64], Array]:
+def sets_of(
+    lights: Sequence[Light], per_channel: bool, fine: bool, most: int | None = None
+) -> tuple[NDArray[np.int64], Array]:
     """Indices (S, L) of the directions that each set samples, and their factors (S, L); what is left over has the factor 0.
 
-    The factors of all sets together are 1 for each direction. `fine`: the image is large enough for several sets.
+    The factors of all sets together are 1 for each direction. `fine`: the image is large enough for several sets; otherwise each pixel
+    samples about `most` directions, evenly chosen from those of a light that does not differ by channel.
     """
     count = len(lights)
-    if not fine or count < _FEWEST or (count % SETS and not per_channel):
-        return np.arange(count)[None], np.ones((1, count))
+    step = count // min(most or count, count) if not fine and not per_channel else 1
+    sets = MANY_SETS if count >= MANY and count % MANY_SETS == 0 and not per_channel else SETS
+    if not fine or count < _FEWEST or (count % sets and not per_channel):
+        index = np.arange(0, count, step)[None]
+        return index, np.full(index.shape, count / index.size)
     shares = np.array([max(light.color) for light in lights]) if per_channel else np.ones(count)
     heavy = shares > _HEAVY * shares.mean()
     every, rest = np.flatnonzero(heavy), np.flatnonzero(~heavy)
-    length = len(every) + -(-len(rest) // SETS)
-    index, factor = np.zeros((SETS, length), dtype=np.int64), np.zeros((SETS, length))
-    for number in range(SETS):
-        own = rest[number::SETS]
-        index[number, : len(every)], factor[number, : len(every)] = every, 1.0 / SETS
+    length = len(every) + -(-len(rest) // sets)
+    index, factor = np.zeros((sets, length), dtype=np.int64), np.zeros((sets, length))
+    for number in range(sets):
+        own = rest[number::sets]
+        index[number, : len(every)], factor[number, : len(every)] = every, 1.0 / sets
         end = len(every) + len(own)
         index[number, len(every) : end], factor[number, len(every) : end] = own, 1.0
     return index, factor
 
 
 def rows_of(
-    found: DirectionViews, lights: Sequence[Light], axes: Array, per_channel: bool, fine: bool
+    found: DirectionViews, lights: Sequence[Light], axes: Array, per_channel: bool, fine: bool, most: int | None = None
 ) -> NDArray[np.float32]:
     """Rows (S, L, 3 or 4, 4) of lib/directionmaps.glsl, in a frame with axes (3, 3).
 
     Right and up, each with the texel of `middle`; width and height of a texel in world units, corner of the tile; the colour for which the
     direction stands, if the light differs by channel.
     """
-    index, factor = sets_of(lights, per_channel, fine)
+    index, factor = sets_of(lights, per_channel, fine, most)
     rows = np.zeros((len(found.views), 3 + per_channel, 4))
     for row, view, light in zip(rows, found.views, lights, strict=True):
         row[:2, :3] = view.view_from_world[:2, :3] @ axes.T

@@ -25,6 +25,8 @@ from glshadow.geometry.fitting import minimum_rectangle
 from glshadow.lights.distant import DistantLight
 from glshadow.lights.light import FAR_HELP, NEAR_HELP, Light
 from glshadow.shadows.cookie import Cookie
+from glshadow.shadows.filters import Filter
+from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.view import ShadowView
 
 
@@ -97,6 +99,10 @@ class DirectionalLight(DistantLight):
     def source_radius(self) -> float:
         """Tangent of half the angular diameter."""
         return float(np.tan(np.radians(0.5 * self.angle)))
+
+    def filter_for(self, requested: Filter) -> Filter:
+        """With an angle it is light from many directions."""
+        return requested if self.has_size and requested.needs is Needs.DIRECTIONS else super().filter_for(requested)
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
         """Hard directional lights in directions of equal solid angle."""

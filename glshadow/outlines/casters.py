@@ -59,8 +59,8 @@ def casters_of(scene: Scene, chosen: list[int], origin: Array) -> list[Caster]:
     return found
 
 
-def caster_of(node: Node, origin: Array) -> Caster:
-    """A node's triangles, relative to an origin (3,)."""
+def caster_of(node: Node, origin: Array, every: bool = False) -> Caster:
+    """A node's triangles, relative to an origin (3,); `every`: also those with two equal corners."""
     if isinstance(node.mesh, Capsules):
         raise SceneError(
             f"{node.label} has points or lines, and outlines are those of triangles: leave it out with of="
@@ -71,7 +71,7 @@ def caster_of(node: Node, origin: Array) -> Caster:
     distinct[number] = points
     triangles = number[node.mesh.triangles]
     a, b, c = triangles.T
-    return Caster(distinct, triangles[(a != b) & (b != c) & (c != a)], node.name)
+    return Caster(distinct, triangles if every else triangles[(a != b) & (b != c) & (c != a)], node.name)
 
 
 def clip(rows: Array, triangles: Indices, values: Array) -> tuple[Array, Indices]:

@@ -9,7 +9,7 @@ import numpy as np
 from glshadow.arguments import checked_scene, chosen_nodes
 from glshadow.core.setting import as_floats, instance, refuse, shown
 from glshadow.core.spaces import Array
-from glshadow.errors import SettingsError
+from glshadow.errors import GlshadowError, SettingsError
 from glshadow.lights import Light
 from glshadow.outlines.casters import casters_of
 from glshadow.outlines.planes import Plane, plane_of
@@ -58,7 +58,7 @@ def shadow_outline(
     SceneError
         If a caster has points or lines.
     GlshadowError
-        If shapely is not installed.
+        If shapely is not installed, or fails.
 
     References
     ----------
@@ -74,8 +74,11 @@ def shadow_outline(
     casters = casters_of(scene, chosen, projection.middle)
     shift = surface.coordinates(projection.middle)
     near = None if limits is None else (limits - shift) * projection.scale
-    shadows = {caster.name: projection.shadow(caster, near) for caster in casters}
-    region = united([each for shadow in shadows.values() for each in shadow])
+    try:
+        shadows = {caster.name: projection.shadow(caster, near) for caster in casters}
+        region = united([each for shadow in shadows.values() for each in shadow])
+    except import_shapely().errors.ShapelyError as error:
+        raise GlshadowError(f"{scene.name}: shapely could not unite the shadows: {error}") from error
     names = tuple(name for name, shadow in shadows.items() if shadow)
     return _result(region, projection, surface, shift, light, names)
 

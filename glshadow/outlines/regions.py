@@ -150,8 +150,7 @@ def winding(points: Array, start: Array, end: Array, times: Indices) -> Indices:
 def united(polygons: list[Any]) -> Any:
     """The union of polygons as a MultiPolygon, without slivers; exteriors counter-clockwise."""
     shapely = import_shapely()
-    whole = shapely.union_all(np.array(polygons, dtype=object)) if polygons else shapely.MultiPolygon()
-    return tidy(whole)
+    return tidy(shapely.union_all(np.array(polygons, dtype=object)) if polygons else shapely.MultiPolygon())
 
 
 def tidy(region: Any) -> Any:

@@ -8,7 +8,7 @@ from glshadow.core.spaces import Array
 from glshadow.scene.mesh import Material, Mesh
 
 CLEARANCE = 1e-4
-"""A shadow catcher's distance from the model over the bounds' diagonal, a tenth of a pixel: a floor of the model's own is before it."""
+"""Distance from the model over the bounds' diagonal, a tenth of a pixel: a floor of the model's own is before the ground."""
 
 
 def ground_plane(

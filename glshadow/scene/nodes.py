@@ -333,10 +333,9 @@ class Scene(Settings):
     def ground_under(self, bounds: Array, lowest: float, catches: bool) -> Node:
         """The ground of its look under bounds (2, 3) and a height."""
         color, size = self.defaults.ground, self.defaults.ground_size
-        catches = catches or color is None
-        mesh, matrix = ground_plane(bounds, lowest, color or (1.0, 1.0, 1.0), size, CLEARANCE if catches else 0.0)
-        # nothing is below it: a caster would only make the sky's maps cover all of it
-        return Node(mesh, matrix, "ground", casts=self.look == "plain", catches=catches, ground=True)
+        casts = self.look == "plain"  # nothing is below it: the sky's maps need not cover all of it
+        mesh, matrix = ground_plane(bounds, lowest, color or (1.0, 1.0, 1.0), size, 0.0 if casts else CLEARANCE)
+        return Node(mesh, matrix, "ground", casts, catches=catches or color is None, ground=True)
 
     def lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""

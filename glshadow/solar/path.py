@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,24 @@ class SunPath(Site):
     start: datetime = setting(moments.moment, help="first moment, with a time zone")
     end: datetime = setting(moments.moment, help="last moment, with a time zone")
     step: timedelta = setting(moments.duration, timedelta(hours=1), help="timedelta, or minutes")
+
+    if TYPE_CHECKING:  # what may be given, and is converted
+
+        def __init__(
+            self,
+            latitude: float,
+            longitude: float,
+            start: datetime | str,
+            end: datetime | str,
+            step: timedelta | float = ...,
+            *,
+            altitude: float = 0.0,
+            north: Triple = ...,
+            up: Triple = ...,
+            refraction: bool = True,
+            pressure: float | None = None,
+            temperature: float = 12.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

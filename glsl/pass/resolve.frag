@@ -69,7 +69,7 @@
 #define GLS_DIRECTIONS 0 // with GLS_ALONE: writes the sums of lib/directionmaps.glsl, and the surface's plane
 #endif
 #ifndef GLS_PATTERN
-#define GLS_PATTERN 0 // 1: <shadow> is receiver/precomputed.glsl, and takes means over neighbouring pixels
+#define GLS_PATTERN 0 // 4, 16: <shadow> is receiver/precomputed.glsl, and takes means over neighbouring pixels
 #endif
 #ifndef GLS_MATERIAL
 #define GLS_MATERIAL 0 // 1: the surface buffer's fourth channel holds a material

@@ -16,7 +16,8 @@ uniform sampler2D u_unshadowed;
 #endif
 uniform float u_points; // sample points of the light
 #ifndef GLS_PATTERN
-#define GLS_PATTERN 0 // 1: neighbouring pixels have other sample points: means over those on the same surface; needs lib/plane_packing.glsl
+// 4, 16: each pixel of a block of 2 x 2 or 4 x 4 has other sample points: means over those on the same surface; needs lib/plane_packing.glsl
+#define GLS_PATTERN 0
 #endif
 #if GLS_PATTERN
 uniform float u_pixel; // height of a pixel, for each unit of view depth
@@ -25,18 +26,26 @@ float pattern_depth; // its view depth; 1 for an orthographic camera
 vec3 pattern_seen, pattern_all; // of light_visibility, for channel_visibility
 const float PATTERN_COSINE = 0.9; // normals farther apart than 25 degrees are of different surfaces
 
-// Sums of 3 x 3 pixels, the nearer ones counting more: 1 2 1, 2 4 2, 1 2 1, by which each of the four sets of a 2 x 2 block counts the same.
+#if GLS_PATTERN == 16
+const int PATTERN_REACH = 2, PATTERN_WIDTH = 5, PATTERN_PERIOD = 4;
+#else
+const int PATTERN_REACH = 1, PATTERN_WIDTH = 3, PATTERN_PERIOD = 2;
+#endif
+
+// Sums of 3 x 3 or 5 x 5 pixels, those at the border counting half: by this each of the sets of a block counts the same.
 // Pixels farther than one pixel from the receiver's plane are left out.
 void add_pattern(out vec3 seen, out vec3 all) {
     seen = vec3(0.0);
     all = vec3(0.0);
     ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(u_counts, 0) - 1;
     vec3 normal = vec3(0.0);
-    for (int i = 0; i < 9; i++) {
-        int k = (i + 4) % 9; // the receiver's own pixel first
-        ivec2 step_ = ivec2(k % 3, k / 3) - 1, at = pixel + step_;
-        // beyond the image: the opposite neighbour, which has the same set
-        at = ivec2(at.x < 0 || at.x > last.x ? pixel.x - step_.x : at.x, at.y < 0 || at.y > last.y ? pixel.y - step_.y : at.y);
+    const int pixels = PATTERN_WIDTH * PATTERN_WIDTH;
+    for (int i = 0; i < pixels; i++) {
+        int k = (i + pixels / 2) % pixels; // the receiver's own pixel first
+        ivec2 step_ = ivec2(k % PATTERN_WIDTH, k / PATTERN_WIDTH) - PATTERN_REACH, at = pixel + step_;
+        // beyond the image: the neighbour on the other side that has the same set
+        ivec2 other_side = at - PATTERN_PERIOD * sign(step_);
+        at = ivec2(at.x < 0 || at.x > last.x ? other_side.x : at.x, at.y < 0 || at.y > last.y ? other_side.y : at.y);
         vec4 found = texelFetch(u_counts, at, 0);
 #if GLS_WEIGHED == 2
         vec4 whole = texelFetch(u_unshadowed, at, 0);
@@ -49,7 +58,7 @@ void add_pattern(out vec3 seen, out vec3 all) {
         vec3 other = unpack_plane_normal(plane.y);
         normal = i == 0 ? other : normal;
         bool same = i == 0 || dot(normal, other) > PATTERN_COSINE && abs(dot(other, pattern_position) - plane.x) <= u_pixel * pattern_depth;
-        float weight = same ? float((2 - abs(step_.x)) * (2 - abs(step_.y))) : 0.0;
+        float weight = same ? float((abs(step_.x) == PATTERN_REACH ? 1 : 2) * (abs(step_.y) == PATTERN_REACH ? 1 : 2)) : 0.0;
         seen += weight * part;
         all += weight * of;
     }

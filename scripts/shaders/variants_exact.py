@@ -143,7 +143,7 @@ def area() -> Iterator[Variant]:
         alone = {"GLS_AT_INFINITY": 1, "GLS_ALONE": 1, "GLS_WEIGHED": weighed}
         yield Variant("pass/resolve.frag", "core330", open_slots(KINDS[0]), alone)
         for sets, surface, more in product(
-            (1, 4), ({}, {"GLS_ROUNDED": 1}, {"GLS_CAPSULES": 2, "GLS_ORTHO": 1}), ({}, PER_SAMPLE)
+            (1, 4, 16), ({}, {"GLS_ROUNDED": 1}, {"GLS_CAPSULES": 2, "GLS_ORTHO": 1}), ({}, PER_SAMPLE)
         ):
             sampling = {
                 **alone,
@@ -151,13 +151,14 @@ def area() -> Iterator[Variant]:
                 **more,
                 "GLS_DIRECTIONS": 64,
                 "GLS_SETS": sets,
-                "GLS_SELECTIVE": sets // 4,
-                "GLS_BITS": sets // 4,
+                "GLS_SELECTIVE": int(sets == 4),
+                "GLS_BITS": int(sets == 4),
+                "GLS_NEAR": int(sets > 1),
             }
             yield Variant("pass/resolve.frag", "core330", direction_slots(), sampling)
         light = next(kind for kind in WIDE if kind.weighted and kind.at_infinity and kind.per_channel == (weighed == 2))
-        for orthographic in (0, 1):
-            mean = {"GLS_AT_INFINITY": 1, "GLS_WEIGHED": weighed, "GLS_PATTERN": 1, "GLS_ORTHO": orthographic}
+        for orthographic, sets in ((0, 4), (1, 4), (0, 16)):
+            mean = {"GLS_AT_INFINITY": 1, "GLS_WEIGHED": weighed, "GLS_PATTERN": sets, "GLS_ORTHO": orthographic}
             yield Variant("pass/resolve.frag", "core330", precomputed_slots(light), mean)
     for stage in (0, 1):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})

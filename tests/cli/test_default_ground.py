@@ -91,8 +91,8 @@ def test_files_with_a_camera_or_lights_get_no_ground(models: Path) -> None:
 
 def test_a_floor_of_the_model_is_before_the_ground(renderer: gs.Renderer) -> None:
     floor = gs.Mesh(*shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4)), material=gs.Material(color=(1, 0, 0, 1)))
-    for side in (1.0, 1e-6, 1e6):
-        scene = gs.load([gs.Node(floor, np.diag([side, side, side, 1.0]))], ground=True)
+    for side, look in ((1.0, "studio"), (1e-6, "studio"), (1e6, "studio"), (1.0, "outdoor")):
+        scene = gs.load([gs.Node(floor, np.diag([side, side, side, 1.0]))], ground=True, look=look)
         frame = renderer.render(scene, size=(160, 90), samples=1, outputs=("node", "position"))
         inside = (np.abs(frame.position[..., [0, 2]]) < 1.98 * side).all(axis=-1)
         assert inside.sum() > 1000

@@ -145,7 +145,7 @@ def test_view_counts():
     assert values.overlays("grid, map") == ("grid", "map")
     refused = {
         values.ambient: ("-1", "1/2/3", "1/-1"), values.samples: ("2", "x"), values.background: ("clear",),
-        values.exposure: ("65", "bright"), values.color: ("0,0,2",),
+        values.exposure: ("65", "bright", "1_0"), values.color: ("0,0,2",),
         values.plane: ("0",), values.resolution: ("0", "2.5", "20000"), values.strength: ("1.1",), values.fov: ("180",),
         values.overlays: ("map,,grid",),
     }  # fmt: skip

@@ -53,14 +53,27 @@ def test_every_second_pixel_is_exact_and_others_are_close(
     assert (between != exact)[~np.isnan(exact)].any()
 
 
-def test_a_straight_penumbra_is_the_closed_form(renderer: gs.Renderer) -> None:
+MAPS = gs.Shadow(filter=gs.DirectionMaps(64), resolution=512)
+
+
+@pytest.mark.parametrize(
+    ("shadow", "error"),
+    [
+        # 64 points of a disc: a share of 3 of them; their values between pixels differ by one more
+        (BETWEEN, 4 / 64),
+        # a texel is 1 / 510 of the wall's 40, a sixth of this penumbra
+        (MAPS, 0.25),
+    ],
+    ids=["interpolate", "maps"],
+)
+def test_a_straight_penumbra_is_the_closed_form(renderer: gs.Renderer, shadow: gs.Shadow, error: float) -> None:
     # the edge of a wall of height 2 lights a plane through a disc: the share of a disc on one side of a line
     wall = gs.Mesh(*shapes.box((0.2, 2.0, 40.0)))
     floor = gs.Mesh(np.array([[-10, 0, -10], [10, 0, -10], [10, 0, 10], [-10, 0, 10.0]]), [[0, 2, 1], [0, 3, 2]])
     scene = gs.Scene([gs.Node(wall, _at(0.0, 1.0, 0.0)), gs.Node(floor)])
     light = gs.DirectionalLight(direction=(1.0, -1.0, 0.0), angle=8.0)
     camera = gs.OrthographicCamera((3.0, 5.0, 0.0), (3.0, 0.0, 0.0), up=(0.0, 0.0, -1.0), height=3.0)
-    share = seen(renderer, scene, light, BETWEEN, camera=camera, size=(160, 120), samples=1)
+    share = seen(renderer, scene, light, shadow, camera=camera, size=(160, 120), samples=1)
     x = 3.0 + (np.arange(160) + 0.5 - 80) * (3.0 / 120)
     radius = np.tan(np.radians(4.0))
     # the light's points are rays (s, 1) about its axis: past the edge at (0.1, 2)
@@ -68,8 +81,7 @@ def test_a_straight_penumbra_is_the_closed_form(renderer: gs.Renderer) -> None:
     axis, aside = np.array([-1.0, 1.0]) / np.sqrt(2), np.array([1.0, 1.0]) / np.sqrt(2)
     height = np.clip((aside @ towards) / (axis @ towards) / radius, -1.0, 1.0)
     expected = np.arccos(height) / np.pi - height * np.sqrt(1 - height * height) / np.pi
-    # 64 points of a disc: a share of 3 of them; their values between pixels differ by one more
-    np.testing.assert_allclose(share, np.broadcast_to(expected, share.shape), atol=4 / 64)
+    np.testing.assert_allclose(share, np.broadcast_to(expected, share.shape), atol=error)
 
 
 def _at(x: float, y: float, z: float) -> Array:

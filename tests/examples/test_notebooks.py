@@ -12,7 +12,7 @@ from ..pairwise import mostly
 from .test_notebook import executed_notebook
 
 NOTEBOOKS = Path(__file__).parents[2] / "examples"
-OTHERS = ("bias_exercise", "depth_metrics", "soft_light", "speed_against_error")
+OTHERS = ("bias_exercise", "depth_metrics", "soft_light", "speed_against_error", "sun_hours")
 
 
 @pytest.fixture(scope="module", params=mostly(OTHERS, *OTHERS[:1], *OTHERS[2:]))
@@ -50,6 +50,12 @@ def test_notebook_shows_its_outputs(executed: tuple[str, dict[str, Any]]) -> Non
         assert len(wrong) == 7
         assert float(wrong["r8"]) > float(wrong["depth32f"])
         assert sum("view 0: 512 x 512" in page for page in html) == 3
+    elif name == "sun_hours":
+        assert len(shown(notebook, "image/png")) == 5
+        hours, possible = map(float, re.findall(r"([\d.]+) h in the mean of ([\d.]+) h", said)[0])
+        share = re.search(r"whole month: (\d+)%", said)
+        assert share is not None
+        assert float(share[1]) == pytest.approx(100.0 * (1.0 - hours / possible), abs=0.6)
     elif name == "soft_light":
         lines = re.findall(r"^(\S[\w ]*?)  +[\d.]+ ms, off by ([\d.]+)", said, re.MULTILINE)
         found = {way: float(off) for way, off in lines}

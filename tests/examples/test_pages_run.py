@@ -34,6 +34,8 @@ def given(page: str, folder: Path, models: Path) -> None:
     if page == "docs/commands.md":
         shutil.copy(models / "cesium_man.glb", folder / "chess.glb")
         (folder / "jobs.jsonl").write_text(JOB)
+    if page == "docs/sun.md":
+        shutil.copy(models / "house_scene.glb", folder / "house.glb")
     if page in ("docs/commands.md", "docs/motion.md"):
         shutil.copy(models / "cesium_man.glb", folder / "walk.glb")
 

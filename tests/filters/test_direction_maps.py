@@ -9,7 +9,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import ClipSpace, transform
-from glshadow.derive.direction_maps import MOST_SLACK, REACH, SETS, direction_views, rows_of, sets_of, slack
+from glshadow.derive.direction_maps import MANY_SETS, MOST_SLACK, REACH, SETS, direction_views, rows_of, sets_of, slack
 from glshadow.derive.resolved import resolve_shadow
 from glshadow.shadows.bias import FACET_SLOPE
 
@@ -42,10 +42,10 @@ def test_views_fit_a_box_closely() -> None:
     np.testing.assert_allclose(sorted((right - left, top - bottom)), np.array([2.0, 4.5]) * 128 / 126, rtol=1e-9)
 
 
-@pytest.mark.parametrize("count", [64, 256, 1024])
-def test_sets_divide_a_sky_evenly(count: int) -> None:
+@pytest.mark.parametrize(("count", "sets"), [(64, SETS), (256, SETS), (1024, MANY_SETS)])
+def test_sets_divide_a_sky_evenly(count: int, sets: int) -> None:
     index, factor = sets_of(gs.SkyLight().hard_lights(count), per_channel=False, fine=True)
-    assert index.shape == (SETS, count // SETS)
+    assert index.shape == (sets, count // sets)
     assert sorted(index.ravel()) == list(range(count))
     assert (factor == 1.0).all()
 
@@ -54,6 +54,12 @@ def test_small_images_sample_all_directions_in_each_pixel() -> None:
     index, factor = sets_of(gs.SkyLight().hard_lights(256), per_channel=False, fine=False)
     np.testing.assert_array_equal(index, [np.arange(256)])
     assert (factor == 1.0).all()
+
+
+def test_small_images_sample_a_part_of_more_directions_than_usual() -> None:
+    index, factor = sets_of(gs.SkyLight().hard_lights(1024), per_channel=False, fine=False, most=256)
+    np.testing.assert_array_equal(index, [np.arange(0, 1024, 4)])
+    assert (factor == 4.0).all()
 
 
 @pytest.mark.parametrize("count", [3, 16, 66])
@@ -86,10 +92,12 @@ def test_slack_is_the_rise_of_a_facet_15_degrees_steeper() -> None:
 
 
 @pytest.mark.parametrize(
-    ("triangles", "count"), [(0, 256), (500_000, 256), (608_754, 220), (2_000_000, 64), (10_000_000, 32)]
+    ("triangles", "count"),
+    [(0, 1024), (1024, 1024), (1025, 256), (500_000, 256), (608_754, 220), (2_000_000, 64), (10_000_000, 32)],
 )
-def test_large_scenes_get_fewer_directions(triangles: int, count: int) -> None:
+def test_small_scenes_get_more_and_large_ones_fewer_directions(triangles: int, count: int) -> None:
     assert gs.DirectionMaps().of_scene(triangles) == gs.DirectionMaps(count)
+    assert gs.DirectionMaps().of_scene(triangles, per_channel=True) == gs.DirectionMaps(min(count, 256))
     assert gs.DirectionMaps(100).of_scene(triangles) == gs.DirectionMaps(100)
 
 

@@ -57,9 +57,15 @@ def maps(renderer: gs.Renderer) -> Array:
 
 
 @pytest.mark.parametrize("compute", [True, False])
-def test_visibility_matches_the_twin(renderer: gs.Renderer, older: gs.Renderer, compute: bool) -> None:
-    """A receiver on the border between two texels, or on the border of a shadow, may round to the other side: one of 16 directions then
-    differs."""
+def test_visibility_matches_the_twin(
+    renderer: gs.Renderer, older: gs.Renderer, monkeypatch: pytest.MonkeyPatch, compute: bool
+) -> None:
+    """Of the maps alone; of rays, see test_near_casters.
+
+    A receiver on the border between two texels, or on the border of a shadow, may round to the other side: one of 16 directions then
+    differs.
+    """
+    monkeypatch.setattr("glshadow.gl.techniques.directions.near_casters", lambda *_: None)
     drawn, scene = renderer if compute else older, gs.scenes.courtyard()
     frame = drawn.render(scene, None, [sky(16, 64)], SIZE, samples=1, outputs=ALL)
     stored, own = maps(drawn), technique(drawn)
@@ -222,3 +228,30 @@ def test_atlas_beyond_the_drivers_limit_is_refused(renderer: gs.Renderer) -> Non
         gs.SettingsError, match=r"16 maps of 8192 texels need an atlas of 32768 x 32768, the driver's limit is"
     ):
         renderer.render(gs.scenes.courtyard(), None, [sky(16, 8192)], SIZE, samples=1)
+
+
+def test_a_sun_of_some_degrees_is_light_from_many_directions(renderer: gs.Renderer) -> None:
+    scene, sun = gs.scenes.box().scene, gs.DirectionalLight(direction=(-0.55, -0.8, -0.25), angle=8.0)
+    small = gs.Shadow(filter=gs.DirectionMaps(64), resolution=512)
+    frame = renderer.render(scene, lights=[replace(sun, shadow=small)], size=(320, 240), samples=1)
+    exact = renderer.render(
+        scene, lights=[replace(sun, shadow=gs.Shadow(filter=gs.Exact()))], size=(320, 240), samples=1
+    )
+    there = np.isfinite(exact.visibility[0])
+    error = np.abs(frame.visibility[0] - exact.visibility[0])[there]
+    penumbra = (np.abs(exact.visibility[0] - 0.5) < 0.45)[there]
+    assert penumbra.sum() > 300
+    # texels are a pixel wide here; what faces away from a part of the light is weighted by the cosine, which Exact() does not do
+    assert error[penumbra].mean() < 0.04
+    assert error.mean() < 0.004
+    assert frame.used[0].why.endswith("64 maps of 512 x 512")
+    assert frame.used[0].fallbacks == ()
+
+
+def test_one_without_an_angle_and_a_lamp_are_refused_by_name(renderer: gs.Renderer) -> None:
+    shadow = gs.Shadow(filter=gs.DirectionMaps(64))
+    for light in (gs.DirectionalLight(shadow=shadow), gs.PointLight(position=(0, 5, 0), radius=0.3, shadow=shadow)):
+        with pytest.raises(
+            gs.SettingsError, match=r"SkyLight, EnvironmentLight and DirectionalLight\(angle=\).*use Exact"
+        ):
+            renderer.render(gs.scenes.box().scene, lights=[light], size=(16, 12))

@@ -324,3 +324,12 @@ def test_without_shapely_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setitem(__import__("sys").modules, "shapely", None)
     with pytest.raises(gs.GlshadowError, match=r"pip install 'glshadow\[outline\]'"):
         gs.shadow_outline(CUBE, SUN)
+
+
+def test_a_failure_of_shapely_is_a_named_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*_: object) -> None:
+        raise shapely.errors.GEOSException("TopologyException")
+
+    monkeypatch.setattr(shapely, "union_all", failing)
+    with pytest.raises(gs.GlshadowError, match="shapely could not unite the shadows: TopologyException"):
+        gs.shadow_outline(CUBE, SUN)

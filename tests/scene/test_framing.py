@@ -72,7 +72,41 @@ def test_outline_has_instances_and_radii_and_no_ground() -> None:
     shifted[0, 3] = 10
     scene = gs.load([gs.Node(ball), gs.Node(ball, shifted)], ground=True)
     points = model_outline(scene)
-    np.testing.assert_allclose([points.min(axis=0), points.max(axis=0)], [(-2, -2, -2), (12, 2, 2)])
+    # a hull of the balls that is at most 2 % of their radii larger, and 0.01 / 0.98 more
+    np.testing.assert_allclose([points.min(axis=0), points.max(axis=0)], [(-2, -2, -2), (12, 2, 2)], atol=0.06)
+
+
+@pytest.mark.parametrize("size", [(640, 360), (360, 640)])
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        gs.Points([[0, 0, 0]], radius=0.5),
+        gs.Points([[0, 0, 0], [1, 0, 0]], radius=[3.0, 0.1]),
+        gs.Points([[5, 0, 0], [-5, 0, 0]], radius=[0.1, 3.0]),
+        gs.Lines([[0, 0, 0], [0, 0.5, 0]], [[0, 1]], radius=1.0),
+    ],
+    ids=["ball", "one in another", "two", "tube"],
+)
+def test_balls_and_tubes_fill_the_image(renderer: gs.Renderer, mesh: gs.Mesh, size: tuple[int, int]) -> None:
+    node = renderer.render(gs.load(gs.Node(mesh)), size=size, samples=1, outputs="node").node
+    rows, columns = np.nonzero(node == 0)
+    share = max((np.ptp(columns) + 1) / size[0], (np.ptp(rows) + 1) / size[1])
+    assert 0.96 * FILL < share < FILL + 2.5 / min(size)  # the hull's 3 %; whole pixels
+    for place, length in ((columns, size[0]), (rows, size[1])):
+        assert abs(place.min() + place.max() + 1 - length) < 0.02 * length
+
+
+def test_key_light_falls_on_the_larger_side() -> None:
+    """The camera sees +x and +z; the key comes from its left, and from the right where the side towards +x is the larger one."""
+    for size, from_right in (((1, 1, 1), False), ((4, 4, 0.2), False), ((1, 2, 3), True), ((0.2, 4, 4), True)):
+        low, high = -0.5 * np.array(size), 0.5 * np.array(size)
+        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
+        scene = gs.load(gs.Mesh(corners, np.array([[0, 1, 3], [4, 6, 7], [2, 5, 0]])))
+        towards = -np.asarray(scene.lights[0].direction)  # type: ignore[attr-defined]
+        right = scene.camera.view_from_world[0, :3]
+        assert bool(towards @ right > 0) == from_right
+        lit = towards[0] if from_right else towards[2]
+        assert lit > 0.5
 
 
 def test_fov_y_holds_for_images_at_least_as_wide_as_the_aspect() -> None:

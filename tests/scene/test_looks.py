@@ -51,7 +51,7 @@ def test_key_comes_from_the_side_of_the_view_and_lower_for_flat_models() -> None
         key = np.array(scene.lights[0].direction)  # type: ignore[attr-defined]
         right = scene.camera.view_from_world[0, :3]
         shadow = key * (1, 0, 1) / np.linalg.norm(key * (1, 0, 1))
-        assert shadow @ right > 0.6  # the shadow falls to the right, within 53 degrees of it
+        assert abs(shadow @ right) > 0.6  # the shadow falls to one side of the view, within 53 degrees of it
         assert np.degrees(np.arcsin(-key[1])) == pytest.approx(48.0, abs=0.1)
     flat = gs.load(gs.Mesh(CUBE * (1, 0.01, 1), FACES))
     assert np.degrees(np.arcsin(-flat.lights[0].direction[1])) == pytest.approx(30.0, abs=0.1)  # type: ignore[attr-defined]

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
+from glshadow.terrain import horizon
 from glshadow.terrain.horizon import Oriented, lit_share, ray_tangents, sweep
 from glshadow.terrain.shadow import EARTH_RADIUS
 
@@ -181,6 +182,17 @@ def test_unrefined_borders_differ_within_a_cell(rng: np.random.Generator) -> Non
             grown |= moved
             shrunk &= moved
     assert (grown & ~shrunk)[differ].mean() > 0.97
+
+
+@pytest.mark.parametrize("azimuth", AZIMUTHS)
+def test_strips_and_deep_hulls_change_nothing(
+    azimuth: float, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dem = gs.Dem(3.0 * hills(rng), NORTH_UP)
+    whole = np.asarray(gs.terrain_horizon(dem, [azimuth]))
+    monkeypatch.setattr(horizon, "STRIP", 7)
+    monkeypatch.setattr(horizon, "_FIRST_DEPTH", 1)
+    assert np.array_equal(np.asarray(gs.terrain_horizon(dem, [azimuth])), whole, equal_nan=True)
 
 
 def test_holes_cast_no_shadow_and_have_no_value() -> None:

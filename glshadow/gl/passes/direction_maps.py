@@ -61,21 +61,22 @@ class DirectionAtlas:
         self.in_bits = frame.caps.compute and settings.faces is None and bool(plain.any())
         if not self.in_bits:
             return self._draw_casters(frame, light, casting, found, settings, filter_)
-        self._allocate_bits(found.size)
-        assert self._bits_framebuffer is not None
         self._choose(frame, light, plain, 2.0 * found.radius / found.views[0].resolution)
         rest = casting & ~plain
         draws = self._draw_casters(frame, light, rest, found, settings, filter_) if rest.any() else 0
         if self._large is not None:
             draws += self._draw_large(frame, found, settings, cleared=not rest.any())
+        self.in_bits = self._chosen is not None
+        if not self.in_bits:
+            return draws
+        self._allocate_bits(found.size)
+        assert self._bits_framebuffer is not None
         self._bits_framebuffer.use()
         if draws:
             self._copy(frame)
         else:
             self._context.gl.clear_unsigned(0, (_FARTHEST,) * 4)
-        if self._chosen is not None:
-            draws += self._draw_small(frame, found)
-        return draws
+        return draws + self._draw_small(frame, found)
 
     def _depth_of(self, size: tuple[int, int], settings: CasterSettings) -> Atlas:
         if self._depth is None or self._depth.size != size:

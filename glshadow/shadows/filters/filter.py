@@ -94,8 +94,8 @@ class Filter(Spelled):
     def check_light(self, name: str) -> None:
         """Raise SettingsError if the filter does not serve lights of a kind that one direction or position describes."""
 
-    def of_scene(self, triangles: int) -> Filter:
-        """The filter for a scene whose casters have this many triangles."""
+    def of_scene(self, triangles: int, per_channel: bool = False) -> Filter:
+        """The filter for a scene whose casters have this many triangles. `per_channel`: of a light that differs by channel."""
         return self
 
     @property

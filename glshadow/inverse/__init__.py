@@ -1,0 +1,1 @@
+"""Lights from their shadows."""
