@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -51,12 +50,10 @@ def read_dem(source: str | os.PathLike[str] | bytes, band: int = 1, factor: floa
         if not path.is_file():
             raise SceneError(f"file not found: {path}")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # not georeferenced: an error below
-            held = rasterio.MemoryFile(source) if isinstance(source, bytes) else _Opened(path)
-            with held as opened, opened.open() as file:
-                return _read(file, band, factor, label)
-    except rasterio.errors.RasterioError as error:
+        held = rasterio.MemoryFile(source) if isinstance(source, bytes) else _Opened(path)
+        with held as opened, opened.open() as file:
+            return _read(file, band, factor, label)
+    except (rasterio.errors.RasterioError, rasterio.errors.NotGeoreferencedWarning) as error:  # warnings may be errors
         raise SceneError(f"{label} cannot be read as a raster: {' '.join(str(error).split())}") from error
 
 

@@ -236,13 +236,17 @@ REQUIRED: dict[str, Any] = {
     "camera": gs.PerspectiveCamera(), "count": 3, "points_w": (1.0, 0.0, 0.0), "output": "a.png", "names": ("map",), "subdivisions": 1,
     "K": np.array([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]), "R": np.eye(3), "t": (0.0, 0.0, 3.0), "size": SIZE,
     "points": (0.1, 0.2), "radiance": np.full((2, 4, 3), 0.5), "pixels": np.full((2, 2, 4), 128, np.uint8),
-    "segments": [[0, 1]],
+    "segments": [[0, 1]], "latitude": 48.1, "longitude": 11.6, "when": "2026-06-21T12:00+02:00",
+    "start": datetime.datetime(2026, 6, 21, tzinfo=datetime.UTC), "end": datetime.datetime(2026, 6, 22, tzinfo=datetime.UTC), "light": gs.DirectionalLight(),
 }  # fmt: skip
 # Created by glshadow, not by callers; and callables that raise, name or draw. The renderer's arguments have tests of their own.
 NOT_BUILT = {
     "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "Measurement", "ShadowView", "Target", "Truth", "Used", "flip",
     "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
     "measure", "read_colmap", "render", "render_distorted", "show", "trace", "Light", "ColmapImage", "Distortion",
+    "Baked", "Blockers", "FittedLight", "ShadowMasks", "ShadowOutline", "ShadowPair", "SunHours", "SurfaceOutline", "TerrainRaster",
+    "bake", "fit_light", "read_dem", "shadow_masks", "shadow_pair", "sun_hours", "terrain_horizon", "terrain_shadow", "to_coco",
+    "visibility", "blockers", "surface_outline", "Dem",
 }  # fmt: skip
 
 

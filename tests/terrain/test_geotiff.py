@@ -140,6 +140,7 @@ def test_bad_input_is_named(call: Callable[[], object], words: str) -> None:
         call()
 
 
+@pytest.mark.filterwarnings("ignore:Dataset has no geotransform")
 def test_files_that_are_no_elevation_models_are_named(tmp_path: Path) -> None:
     with pytest.raises(gs.SceneError, match=r"a\.tif: .*in degrees.*gdalwarp"):
         gs.load(write(tmp_path / "a.tif", HEIGHTS, "EPSG:4326", transform=rasterio.Affine(*GEOGRAPHIC)))

@@ -260,7 +260,8 @@ def test_exact_refuses_samples_and_names_the_new_setting(samples: object) -> Non
     with pytest.raises(SettingsError, match=rf"Exact takes no samples, got {samples!r}; .*samples=16.*--samples 16"):
         Exact(samples)
     with pytest.raises(
-        SettingsError, match=r"'16' is not understood; it is written exact\[:light_samples=N,dither\]; .*--samples 16"
+        SettingsError,
+        match=r"'16' is not understood; it is written exact\[:light_samples=N,dither,interpolate\]; .*--samples 16",
     ):
         parse("exact:16", FILTERS)
 
