@@ -126,7 +126,7 @@ class Directions(Technique):
         release(*self._near_buffers)
         self._near, self._near_buffers = None, ()
         scene = frame.scene
-        if settings.faces is not None:
+        if settings.faces is not None or not self.light.wide:  # within one disc maps have many more texels
             return
         plain = casting & ~scene.round & ~np.array([gpu.cut_out for gpu in scene.meshes])
         triangles, places = scene.world.triangles, scene.world.positions

@@ -58,7 +58,7 @@ class DirectionMaps(SizeFilter):
         return self.count or MOST
 
     def check_light(self, name: str) -> None:
-        """It serves none of them; a directional light that has a size does not ask."""
+        """Refuses all but a directional light that has a size, which does not call this."""
         raise SettingsError(
             f"{self!r} is for light from many directions, that of SkyLight, EnvironmentLight and DirectionalLight(angle=): for another "
             f"{name} use Exact() or LightSamples()"
