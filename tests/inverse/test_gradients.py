@@ -63,7 +63,10 @@ def test_penumbra_is_the_closed_form(renderer: gs.Renderer) -> None:
 
 @pytest.mark.parametrize("length", [1.0, 250.0])
 def test_derivatives_of_a_penumbra_are_the_closed_forms(renderer: gs.Renderer, length: float) -> None:
-    """That of the difference over the step to 2 %: it is one of some 130 of 1,024 samples; that of the limit to 6 %: the step is a tenth of the sun's radius."""
+    """To 6 % of the sum of the pixels' absolute derivatives.
+
+    The step is a tenth of the sun's radius, and a difference is of some 130 of the 1,024 points, whose mean is 0.004 radii off the centre.
+    """
     values = {"direction": length * AWAY, "angle": np.array(ANGLE)}
     here = function(renderer, SUN, scene=PLATE, size=SIZE)
     turn, grown = STEP_TURN, np.exp(STEP_SIZE)
@@ -81,7 +84,7 @@ def test_derivatives_of_a_penumbra_are_the_closed_forms(renderer: gs.Renderer, l
         assert abs(found["direction"] @ AWAY) < 1e-9 * np.abs(found["direction"]).max()
         for name, value in got.items():
             largest = np.abs(weight @ np.abs(by_limit[name])).sum()
-            assert value == pytest.approx((weight @ by_step[name]).sum(), abs=0.02 * largest), name
+            assert value == pytest.approx((weight @ by_step[name]).sum(), abs=0.06 * largest), name
             assert value == pytest.approx((weight @ by_limit[name]).sum(), abs=0.06 * largest), name
         # along the edge nothing changes
         assert abs(found["direction"][2]) < 0.02 * np.abs(found["direction"]).max()

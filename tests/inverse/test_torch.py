@@ -130,5 +130,8 @@ def test_without_torch_an_error_says_how_to_install_it(monkeypatch: pytest.Monke
 
 def test_star_import_keeps_torch_and_import_does_without() -> None:
     """`from glshadow import *` must not replace the name torch."""
-    code = "torch = 1\nfrom glshadow import *\nassert torch == 1\nimport glshadow, sys\nglshadow.torch.visibility\nassert 'torch' not in sys.modules"
+    code = (
+        "torch = 1\nfrom glshadow import *\nassert torch == 1\n"
+        "import glshadow, sys\nglshadow.torch.visibility\nassert 'torch' not in sys.modules"
+    )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=PATIENCE_S)
