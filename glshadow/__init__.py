@@ -154,6 +154,7 @@ _MODULES = {
     "scenes": "glshadow.scenes",
     "shaders": "glshadow.gl.foreign.shaders",
     "study": "glshadow.study",
+    "torch": "glshadow.torch",  # not in __all__: `from glshadow import *` must not hide torch itself
     "video": "glshadow.video",
 }
 

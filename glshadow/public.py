@@ -12,6 +12,7 @@ MODULES = {
     "glshadow.overlay": "maps, lights, axes and a grid drawn on top of an image",
     "glshadow.image": "images read from files and written to them",
     "glshadow.video": "moving images written to files",
+    "glshadow.torch": "visibility and images as functions that PyTorch differentiates",
     "glshadow.gl.foreign.shaders": "a light's shadow in other moderngl programs, as glshadow.shaders",
 }
 """Module -> its purpose."""

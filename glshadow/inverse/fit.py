@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from glshadow.arguments import CAMERA, checked_scene
 from glshadow.core.cameras import Camera
@@ -15,16 +15,13 @@ from glshadow.core.setting import instance, number, numbers_in, optional, refuse
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import GlshadowError, SettingsError
-from glshadow.frame import Frame
+from glshadow.inverse.drawing import check_options, drawn, exact_light
 from glshadow.inverse.unknowns import Unknowns, turns_around
 from glshadow.lights import Light
 from glshadow.renderer import Renderer, RenderOptions
 from glshadow.scene.nodes import Scene
-from glshadow.shadows.filters import Exact
-from glshadow.shadows.shadow import Shadow
 
 LEAST_SIDE = 20  # pixels of the smallest image of the pyramid
-LIGHT_SAMPLES = 64
 BLUR = 10.0  # degrees: the sun of the search, whose shadows overlap from farther away
 SEARCH = number(0.0, 90.0, unit="degrees")
 _EVALUATIONS = 12  # steps at each size
@@ -102,13 +99,12 @@ def fit_light(
     scene = checked_scene(scene)
     camera = CAMERA("camera", camera) or scene.camera
     wanted = _target(target)
-    light = _exact(instance(Light)("light", light))
+    light = exact_light(instance(Light)("light", light))
     low, high = scene.bounds
     unknowns = Unknowns.of(light, free, float(np.linalg.norm(high - low)))
     if wanted.ndim == 2 and "intensity" in unknowns.free:
         raise SettingsError("intensity does not change visibility: fit it to an image, or leave it out of free")
-    if unwanted := set(options) & {"outputs", "max_wrong", "max_ms", "exposure", "tone"}:
-        raise SettingsError(f"fit_light takes no {', '.join(sorted(unwanted))}")
+    check_options("fit_light", options)
     search = SEARCH("search", search)
     renderer = optional(instance(Renderer), "a temporary one")("renderer", renderer)
     if renderer is None:
@@ -125,20 +121,14 @@ class _Images:
         self.targets = _pyramid(target)
         self.count = 0
 
-    def _draw(self, light: Light, size: tuple[int, int], output: str) -> Frame:
-        options = {"samples": 1, **self._options, "outputs": (output,), "exposure": None, "tone": "none"}
-        return self._renderer.render(self._scene, self._camera, light, size, **options)
-
     def difference(self, light: Light, level: int) -> Array:
         """(N,) differences at the valid pixels of a level; 0 is the target itself."""
         target = self.targets[level]
         self.count += 1
         size = (target.shape[1], target.shape[0])
-        if target.ndim == 2:
-            drawn: NDArray[Any] = self._draw(light, size, "visibility").visibility[0]
-        else:
-            drawn = self._draw(light, size, "linear").linear[..., :3]
-        difference = drawn.astype(np.float64) - target
+        output = "visibility" if target.ndim == 2 else "linear"
+        image = drawn(self._renderer, self._scene, self._camera, [light], size, output, self._options)[0]
+        difference = image.astype(np.float64) - target
         return np.asarray(np.where(np.isnan(difference), 0.0, difference).ravel())
 
     def error(self, light: Light) -> float:
@@ -209,15 +199,6 @@ def _target(value: Any) -> Array:
     if np.isnan(wanted).all() or np.isinf(wanted).any():
         raise SettingsError("target must have valid pixels, and no infinite ones: NaN stands for an unknown pixel")
     return wanted
-
-
-def _exact(light: Light) -> Light:
-    """The light with exact shadows, of at least LIGHT_SAMPLES points."""
-    shadow = light.shadow
-    if shadow is None:
-        raise SettingsError("a light without a shadow (shadow=None) cannot be fitted to one")
-    count = max(shadow.filter.points_of_light if shadow.filter is not None else 0, LIGHT_SAMPLES)
-    return replace(light, shadow=Shadow(filter=Exact(light_samples=count)))
 
 
 def _least_squares() -> Callable[..., Any]:

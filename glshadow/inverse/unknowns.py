@@ -79,6 +79,24 @@ class Unknowns:
                 given[name] = float(np.clip(size, LEAST_ANGLE, MOST_ANGLE)) if name == "angle" else size
         return replace(self.light, **given)
 
+    def gradient(self, slopes: Array) -> dict[str, Array]:
+        """Derivatives (...) by each free setting, from those (K,) by the vector at 0. A direction's is by a vector of length 1."""
+        found: dict[str, Array] = {}
+        first = 0
+        for name in self.free:
+            base = np.asarray(getattr(self.light, name))
+            if name == "direction":
+                u, v = (each[0] for each in perpendicular(base[None]))
+                found[name] = slopes[first] * u + slopes[first + 1] * v
+                first += 2
+            elif name == "position":
+                found[name] = slopes[first : first + 3] / self.size
+                first += 3
+            else:
+                found[name] = slopes[first] / base
+                first += 1
+        return found
+
 
 def _turned(direction: Array, x: float, y: float) -> tuple[float, ...]:
     """A direction turned by angles about two axes across it."""
