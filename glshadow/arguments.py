@@ -137,7 +137,8 @@ def chosen_nodes(name: str, scene: Scene, of: Any) -> list[int]:
     """
     if of is None:
         return list(range(len(scene.nodes)))
-    given = list(of) if isinstance(of, list | tuple | np.ndarray | range | set | frozenset) else [of]
+    sequence = isinstance(of, list | tuple | range | set | frozenset) or (isinstance(of, np.ndarray) and of.ndim == 1)
+    given = of if sequence else [of]
     return sorted({_index_of(name, scene, each) for each in given})
 
 

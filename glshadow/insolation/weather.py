@@ -79,7 +79,10 @@ def weather_of(frame: Any, path: SunPath, label: str) -> Weather:
     for name in ("dni", "dhi"):
         if name not in names:
             continue
-        values = np.asarray(frame[names[name]], dtype=np.float64)[row]
+        try:
+            values = np.asarray(frame[names[name]], dtype=np.float64)[row]
+        except (TypeError, ValueError) as error:
+            raise SettingsError(f"weather column {names[name]} must hold numbers, in W/m^2: {error}") from None
         if not (np.isfinite(values) & (values >= 0.0)).all():
             bad = int((~(np.isfinite(values) & (values >= 0.0))).sum())
             raise SettingsError(

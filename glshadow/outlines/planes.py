@@ -69,11 +69,14 @@ def plane_of(scene: Scene, plane: Any) -> Plane:
         if grounds:
             return _plane_of_node(grounds[0])
         return plane_through(np.array([0.0, scene.lowest(), 0.0]), np.array([0.0, 1.0, 0.0]))
-    if isinstance(plane, Node | str) or not hasattr(plane, "__len__"):
-        return _plane_of_node(scene.nodes[chosen_nodes("plane", scene, plane)[0]])
-    if len(plane) != 2:
+    if isinstance(plane, list | tuple) or (isinstance(plane, np.ndarray) and plane.ndim > 0):
+        if len(plane) != 2:
+            raise refuse("plane", "a point and a normal, a node or None", plane)
+        return plane_through(finite_vector("plane's point", plane[0]), finite_vector("plane's normal", plane[1]))
+    nodes = chosen_nodes("plane", scene, plane)
+    if len(nodes) != 1:
         raise refuse("plane", "a point and a normal, a node or None", plane)
-    return plane_through(finite_vector("plane's point", plane[0]), finite_vector("plane's normal", plane[1]))
+    return _plane_of_node(scene.nodes[nodes[0]])
 
 
 def _plane_of_node(node: Node) -> Plane:

@@ -49,6 +49,8 @@ class Oriented:
         along = np.linalg.solve(cell, [np.sin(turn), np.cos(turn)])[::-1]  # rows and columns per map unit, to the sun
         swapped = bool(abs(along[1]) > abs(along[0]))
         major, minor = along[::-1] if swapped else along
+        # the sine or cosine of a quarter turn is rounded to 6e-17: lines along rows or columns stay within the field
+        minor = 0.0 if abs(minor) <= 1e-12 * abs(major) else minor
         flipped = bool(major > 0.0), bool(minor > 0.0)
         view = _turned(heights, swapped, flipped)
         return cls(np.ascontiguousarray(view), abs(minor / major), 1.0 / abs(major), swapped, flipped)

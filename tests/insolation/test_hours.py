@@ -188,6 +188,14 @@ def test_upright_wall_sees_half_of_the_sky(weather: pandas.DataFrame) -> None:
     assert found.sky_view == pytest.approx(0.5, abs=0.01)
 
 
+def test_text_in_a_column_is_named(weather: pandas.DataFrame) -> None:
+    text = weather.astype(object)
+    text.iloc[0, list(text.columns).index("DNI")] = "abc"
+    path = gs.SunPath(48.1, 11.6, text.index[0].to_pydatetime(), text.index[1].to_pydatetime())
+    with pytest.raises(gs.SettingsError, match="weather column DNI must hold numbers"):
+        gs.sun_hours(CUBE, path, weather=text, renderer=RayEyes())
+
+
 def test_rows_stand_for_the_time_that_their_label_says(weather: pandas.DataFrame) -> None:
     roof = gs.Scene([gs.Mesh([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], [[0, 2, 1], [0, 3, 2]])])
     path = gs.SunPath(0.0, 0.0, "2026-03-20T08:00Z", "2026-03-20T16:00Z", 60.0)

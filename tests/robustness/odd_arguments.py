@@ -237,7 +237,8 @@ REQUIRED: dict[str, Any] = {
     "K": np.array([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]), "R": np.eye(3), "t": (0.0, 0.0, 3.0), "size": SIZE,
     "points": (0.1, 0.2), "radiance": np.full((2, 4, 3), 0.5), "pixels": np.full((2, 2, 4), 128, np.uint8),
     "segments": [[0, 1]], "latitude": 48.1, "longitude": 11.6, "when": "2026-06-21T12:00+02:00",
-    "start": datetime.datetime(2026, 6, 21, tzinfo=datetime.UTC), "end": datetime.datetime(2026, 6, 22, tzinfo=datetime.UTC), "light": gs.DirectionalLight(),
+    "start": datetime.datetime(2026, 6, 21, tzinfo=datetime.UTC),
+    "end": datetime.datetime(2026, 6, 22, tzinfo=datetime.UTC), "light": gs.DirectionalLight(),
 }  # fmt: skip
 # Created by glshadow, not by callers; and callables that raise, name or draw. The renderer's arguments have tests of their own.
 NOT_BUILT = {

@@ -216,3 +216,16 @@ def test_units_and_place_do_not_matter(scale: float, shift: float, rng: np.rando
     a, b, c, d, e, f = NORTH_UP
     moved = gs.Dem(scale * heights + shift, (scale * a, b, scale * c + shift, d, scale * e, scale * f - shift))
     np.testing.assert_allclose(np.asarray(gs.terrain_shadow(moved, sun)), plain, atol=1e-5)
+
+
+@pytest.mark.parametrize("azimuth", [-90.0, 0.0, 90.0, 180.0, 270.0, 360.0])
+def test_cells_at_the_border_see_peaks_there_along_rows_and_columns(azimuth: float) -> None:
+    """The sine or cosine of a quarter turn is no exact 0."""
+    heights = np.zeros((20, 20))
+    heights[[0, 0, -1, -1], [0, -1, 0, -1]] = 10.0  # at the corners
+    found = gs.terrain_horizon(gs.Dem(heights, (1, 0, 0, 0, -1, 0)), [azimuth]).values[0]
+    expected = np.degrees(np.arctan(10.0))
+    east, north = round(np.sin(np.radians(azimuth))), round(np.cos(np.radians(azimuth)))
+    for row in (0, -1) if east else (1 if north > 0 else -2,):
+        for column in (-2 if east > 0 else 1,) if east else (0, -1):
+            assert found[row, column] == pytest.approx(expected, abs=1e-3), (row, column)
