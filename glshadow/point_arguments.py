@@ -80,7 +80,7 @@ def point_request(
     samples = _SAMPLES("light_samples", light_samples)
     if progress is not None and not callable(progress):
         raise refuse("progress", "a function of (done, total, text), or None", progress)
-    towards = None if normals is None else _vectors("normals", normals, len(places))
+    towards = None if normals is None else _of_any_length(_vectors("normals", normals, len(places)))
     if numbers is not None:
         towards = _beside_unlisted(scene, numbers, towards)
     return PointRequest(scene, places, tuple(_exact(light, samples) for light in chosen), towards, numbers, progress)
@@ -97,6 +97,12 @@ def _vectors(name: str, value: ArrayLike, count: int | None) -> Array:
             f"{name} must be finite: {int((~finite).any(axis=1).sum())} of {len(array)} are not (NaN or infinite)"
         )
     return array
+
+
+def _of_any_length(vectors: Array) -> Array:
+    """The same directions with a largest component of 1, so that no square overflows; zeros stay."""
+    largest = np.abs(vectors).max(axis=1, keepdims=True, initial=0.0)
+    return np.asarray(vectors / np.where(largest > 0.0, largest, 1.0))
 
 
 def _numbers(scene: Scene, value: ArrayLike, count: int) -> NDArray[np.int64]:

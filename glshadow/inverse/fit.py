@@ -198,6 +198,10 @@ def _target(value: Any) -> Array:
     wanted = array.astype(np.float64)
     if np.isnan(wanted).all() or np.isinf(wanted).any():
         raise SettingsError("target must have valid pixels, and no infinite ones: NaN stands for an unknown pixel")
+    if array.ndim == 2 and (np.nanmin(wanted) < 0.0 or np.nanmax(wanted) > 1.0):
+        raise SettingsError(
+            f"target must be visibility from 0 to 1, got {np.nanmin(wanted):.4g} to {np.nanmax(wanted):.4g}: give light as (H, W, 3)"
+        )
     return wanted
 
 

@@ -444,3 +444,12 @@ def test_function_with_its_own_renderer() -> None:
     seen = gs.visibility(gs.Scene([FLOOR, WALL]), [(1.0, 0.0, 0.0), (3.0, 0.0, 0.0)], SUN)
     assert seen.dtype == np.float32
     assert seen.tolist() == [[0.0, 1.0]]
+
+
+@pytest.mark.parametrize("length", [1e-300, 1e-60, 1.0, 1e300])
+def test_normals_may_have_any_length(renderer: gs.Renderer, length: float) -> None:
+    floor = gs.Scene([gs.Mesh(np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1.0]]), [[0, 2, 1], [0, 3, 2]])])
+    down = gs.DirectionalLight(direction=(0.0, -1.0, 0.0))
+    normals = [[0.0, length, 0.0], [0.0, -length, 0.0]]
+    seen = renderer.visibility(floor, [[0.0, 0.5, 0.1]] * 2, [down], normals)
+    np.testing.assert_array_equal(seen, [[1.0, 0.0]])

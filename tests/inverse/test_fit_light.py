@@ -114,6 +114,7 @@ def test_pyramid_is_of_means_of_valid_pixels() -> None:
         ({"target": np.zeros(4)}, r"target must be an array \(H, W\)"),
         ({"target": np.zeros((4, 4), dtype=np.uint8)}, "1 lit and 0 dark"),
         ({"target": np.full((4, 4), np.nan)}, "target must have valid pixels"),
+        ({"target": np.full((4, 4), 2.0)}, "target must be visibility from 0 to 1, got 2 to 2"),
         (
             {"light": gs.PointLight(position=(0, 4, 0))},
             "free must be different settings of PointLight: of position, radius",
