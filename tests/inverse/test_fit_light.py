@@ -129,7 +129,22 @@ def test_pyramid_is_of_means_of_valid_pixels() -> None:
         ({"tone": "none"}, "fit_light takes no tone"),
         ({"renderer": 1}, "renderer must be"),
     ],
-    ids=["shape", "bytes", "nan", "beyond", "point", "sky", "dome", "bare", "name", "none", "bright", "far", "tone", "renderer"],
+    ids=[
+        "shape",
+        "bytes",
+        "nan",
+        "beyond",
+        "point",
+        "sky",
+        "dome",
+        "bare",
+        "name",
+        "none",
+        "bright",
+        "far",
+        "tone",
+        "renderer",
+    ],
 )
 def test_what_is_wrong_is_named(arguments: dict[str, object], message: str) -> None:
     given = {"target": np.zeros((9, 16)), "light": SUN, **arguments}
