@@ -15,6 +15,7 @@ UserWarning
 
 from __future__ import annotations
 
+import importlib
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -89,6 +90,15 @@ class ReferenceUnavailable(GlshadowError):
 def unexpected(error: BaseException, given: str) -> GlshadowError:
     """The error that replaces an unexpected one, which only a defect of this package can cause."""
     return GlshadowError(f"unexpected {type(error).__name__}: {error}; please report this, with the input: {given}")
+
+
+def required(what: str, extra: str, *modules: str) -> None:
+    """Raise a GlshadowError with the pip command unless these modules of an extra can be imported; `what` needs them."""
+    for name in modules:
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            raise GlshadowError(f"{what} needs {error.name}: pip install 'glshadow[{extra}]'") from error
 
 
 class GlshadowWarning(UserWarning):

@@ -33,7 +33,7 @@ def test_every_public_name_exists_and_is_documented() -> None:
 
 
 def test_documents_use_nothing_else() -> None:
-    rooms = modules()
+    members = modules()
     for path in TEXTS:
         text = path.read_text()
         used = set(re.findall(r"\bgs\.(\w+)(?:\.(\w+))?", text)) | {
@@ -41,9 +41,9 @@ def test_documents_use_nothing_else() -> None:
         }
         for name, member in used:
             assert name in gs.__all__, (path.name, name)
-            assert not member or name not in rooms or member in rooms[name].__all__, (path.name, name, member)
+            assert not member or name not in members or member in members[name].__all__, (path.name, name, member)
         imported = re.findall(r"(?:from|import) glshadow\.(\w+)", text)
-        assert set(imported) <= set(rooms), path.name
+        assert set(imported) <= set(members), path.name
 
 
 def test_version_is_written_once() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from glshadow.baking.gltf import written
 from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.core.spaces import world_positions
-from glshadow.errors import GlshadowError, SettingsError
+from glshadow.errors import SettingsError, required
 from glshadow.files import replacing
 from glshadow.lights import Light
 from glshadow.scene.faces import face_starts
@@ -121,10 +121,9 @@ class Baked:
         """
         if self.to == "texels":
             raise SettingsError("PyVista takes values of faces or vertices: texels are images, see Baked.values")
-        try:
-            import pyvista
-        except ImportError as error:
-            raise GlshadowError(f"to_pyvista needs pyvista ({error}): pip install 'glshadow[bake]'") from error
+        required("to_pyvista", "bake", "pyvista")
+        import pyvista
+
         points, values = [], []
         faces: list[Any] = []
         count = 0
@@ -148,10 +147,9 @@ class Baked:
         GlshadowError
             If xarray is not installed.
         """
-        try:
-            import xarray
-        except ImportError as error:
-            raise GlshadowError(f"to_xarray needs xarray ({error}): pip install 'glshadow[bake]'") from error
+        required("to_xarray", "bake", "xarray")
+        import xarray
+
         kinds = [type(light).__name__ for light in self.lights]
         attributes = {"scene": self.scene.name, "to": self.to, "samples": self.samples}
         coordinates: dict[str, Any] = {"kind": ("light", kinds)}

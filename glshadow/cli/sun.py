@@ -13,7 +13,7 @@ from glshadow.cli.options import common, driver_options
 from glshadow.cli.running import Work
 from glshadow.cli.sections import Command, option
 from glshadow.core.spelling import number, numbers, vector
-from glshadow.errors import SettingsError
+from glshadow.errors import SettingsError, required
 
 EXAMPLES = """
 \b
@@ -230,10 +230,9 @@ def _path(
 
 def _table(file: Path) -> Any:
     """Irradiance from a CSV file."""
-    try:
-        import pandas
-    except ImportError as error:
-        raise SettingsError(f"--weather needs {error.name}: pip install 'glshadow[sun]'") from error
+    required("--weather", "sun", "pandas")
+    import pandas
+
     try:
         frame = pandas.read_csv(file, index_col=0, comment="#")
         frame.index = (

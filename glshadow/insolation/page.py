@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.setting import as_path, instance, refuse
 from glshadow.core.spaces import Array
-from glshadow.errors import GlshadowError, printable
+from glshadow.errors import printable, required
 from glshadow.files import replacing
 from glshadow.inline import PAGE_LEVEL, address, png
 from glshadow.insolation.result import MONTHS, SunHours
@@ -34,11 +34,7 @@ def require() -> None:
     GlshadowError
         If a package is missing; the message names the pip command.
     """
-    try:
-        import jinja2  # noqa: F401
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise GlshadowError(f"the page of hours needs {error.name}: pip install 'glshadow[sun,study]'") from error
+    required("the page of hours", "sun,study", "jinja2", "matplotlib")
 
 
 def page_path(name: str, value: Any) -> Path:

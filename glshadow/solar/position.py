@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.spaces import Array
-from glshadow.errors import GlshadowError
+from glshadow.errors import required
 from glshadow.solar.moments import Moments
 from glshadow.solar.site import Site
 
@@ -55,9 +55,8 @@ def sun_angles(site: Site, moments: Moments) -> tuple[Array, Array]:
 
 def _libraries() -> tuple[Any, Any]:
     """pandas and pvlib; a second to import."""
-    try:
-        import pandas
-        import pvlib
-    except ImportError as error:
-        raise GlshadowError(f"the sun's position needs {error.name}: pip install 'glshadow[sun]'") from error
+    required("the sun's position", "sun", "pandas", "pvlib")
+    import pandas
+    import pvlib
+
     return pandas, pvlib

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.setting import as_path, instance
-from glshadow.errors import GlshadowError, printable
+from glshadow.errors import GlshadowError, printable, required
 from glshadow.files import replacing
 from glshadow.inline import PAGE_LEVEL, address, jpeg, png
 from glshadow.lights import Light
@@ -40,11 +40,7 @@ def require() -> None:
     GlshadowError
         If a package is missing; the message names the pip command.
     """
-    try:
-        import jinja2  # noqa: F401
-        import matplotlib  # noqa: F401  # type: ignore[unused-ignore]
-    except ImportError as error:
-        raise GlshadowError(f"the report of a study needs {error.name}: pip install 'glshadow[study]'") from error
+    required("the report of a study", "study", "jinja2", "matplotlib")
 
 
 def write_report(study: Study, folder: str | PathLike[str]) -> Path:

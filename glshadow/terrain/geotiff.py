@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.setting import as_path, number, refuse, whole
-from glshadow.errors import GlshadowError, SceneError, SettingsError
+from glshadow.errors import GlshadowError, SceneError, SettingsError, required
 from glshadow.files import replacing
 from glshadow.terrain.dem import Dem
 
@@ -129,8 +129,7 @@ def write_geotiff(
 
 
 def _rasterio(what: str) -> Any:
-    try:
-        import rasterio
-    except ImportError as error:
-        raise GlshadowError(f"{what} needs {error.name}: pip install 'glshadow[terrain]'") from error
+    required(what, "terrain", "rasterio")
+    import rasterio
+
     return rasterio

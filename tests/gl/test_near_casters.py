@@ -1,4 +1,4 @@
-"""Rays to a sky against what is near a receiver, beside its maps: rooms, thin walls, sheets, an object far away, and the lists."""
+"""Rays to a sky against what is near a receiver, beside its maps: hollow boxes, thin walls, sheets, an object far away, and the lists."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def slab(low: tuple[float, float, float], high: tuple[float, float, float]) -> g
     return gs.Node(gs.Mesh(*shapes.box((size[0], size[1], size[2]), (middle[0], middle[1], middle[2]))))
 
 
-def room(wall: float, window: float = 0.0) -> gs.Scene:
+def hollow_box(wall: float, window: float = 0.0) -> gs.Scene:
     """8 x 4 x 8, closed but for a window in the roof."""
     t, w = 4.0 + wall, window
     nodes = [
@@ -57,9 +57,10 @@ def errors(scene: gs.Scene, camera: gs.Camera, frame: gs.Frame, share: float) ->
 
 
 @pytest.mark.parametrize("size", [SMALL, FINE])
-@pytest.mark.parametrize("scene", [gs.Scene([gs.Node(gs.Mesh(*shapes.box((8.0, 4.0, 8.0), (0.0, 2.0, 0.0))))]), room(0.05), room(0.5)],
+@pytest.mark.parametrize("scene", [gs.Scene([gs.Node(gs.Mesh(*shapes.box((8.0, 4.0, 8.0), (0.0, 2.0, 0.0))))]), hollow_box(0.05),
+    hollow_box(0.5)],
                          ids=["sheets", "thin", "thick"])  # fmt: skip
-def test_closed_room_is_dark(renderer: gs.Renderer, scene: gs.Scene, size: tuple[int, int]) -> None:
+def test_closed_box_is_dark(renderer: gs.Renderer, scene: gs.Scene, size: tuple[int, int]) -> None:
     """What is left comes through walls farther than four texels at grazing angles: .004 at 640 x 480. Maps alone: up to .7."""
     frame = renderer.render(scene, INSIDE, [gs.SkyLight()], size, samples=1, outputs=ALL)
     assert (frame.triangle >= 0).all()
@@ -67,7 +68,7 @@ def test_closed_room_is_dark(renderer: gs.Renderer, scene: gs.Scene, size: tuple
 
 
 @pytest.mark.parametrize(("scale", "shift"), [(1e-6, 0.0), (1.0, 1e7)])
-def test_closed_room_is_dark_at_any_scale_and_place(renderer: gs.Renderer, scale: float, shift: float) -> None:
+def test_closed_box_is_dark_at_any_scale_and_place(renderer: gs.Renderer, scale: float, shift: float) -> None:
     mesh = gs.Mesh(*shapes.box((8.0, 4.0, 8.0), (0.0, 2.0, 0.0)))
     matrix = np.diag([scale, scale, scale, 1.0])
     matrix[:3, 3] = shift
@@ -77,9 +78,9 @@ def test_closed_room_is_dark_at_any_scale_and_place(renderer: gs.Renderer, scale
     assert frame.visibility[0].max() < 0.01
 
 
-def test_room_with_a_window_has_no_steps(renderer: gs.Renderer) -> None:
+def test_hollow_box_with_a_window_has_no_steps(renderer: gs.Renderer) -> None:
     """A direction is 1/1024 of the light, twice that on a floor. Of 256 directions: mean .003, steps of .012."""
-    scene, camera = room(0.3, 0.6), gs.PerspectiveCamera((0.0, 2.5, 3.8), (0.0, 1.2, -2.0), fov_y=75.0)
+    scene, camera = hollow_box(0.3, 0.6), gs.PerspectiveCamera((0.0, 2.5, 3.8), (0.0, 1.2, -2.0), fov_y=75.0)
     frame = renderer.render(scene, camera, [gs.SkyLight()], FINE, samples=1, outputs=ALL)
     assert frame.used[0].filter == gs.DirectionMaps(1024)
     assert np.abs(errors(scene, camera, frame, 0.02)).mean() < 0.0022
@@ -137,7 +138,7 @@ def test_fine_object_far_away_is_reported(renderer: gs.Renderer) -> None:
 
 
 def test_image_does_not_depend_on_the_one_before(renderer: gs.Renderer) -> None:
-    scene, camera = room(0.3, 0.6), gs.PerspectiveCamera((0.0, 2.5, 3.8), (0.0, 1.2, -2.0), fov_y=75.0)
+    scene, camera = hollow_box(0.3, 0.6), gs.PerspectiveCamera((0.0, 2.5, 3.8), (0.0, 1.2, -2.0), fov_y=75.0)
     light = gs.SkyLight()
     renderer.render(scene, INSIDE, [light], SMALL, samples=4)
     after = renderer.render(scene, camera, [light], FINE, samples=4)

@@ -13,7 +13,7 @@ MOST = 256
 """Directions of a scene that is not large: their sum is within 0.004 of that of 1,024."""
 LEAST = 32
 FEW, OF_FEW = 1024, 1024
-"""A sky over no more triangles than this has this many directions: rooms and plain bodies, on whose wide walls 256 show steps."""
+"""A sky over no more triangles than this has this many directions: on wide flat walls 256 of them show steps."""
 TRIANGLES = 1 << 27
 """Triangles, counted once for each direction, that are drawn for a light unless the count is given."""
 
