@@ -26,8 +26,8 @@ class DirectionMaps(SizeFilter):
     should be a few hundred texels.
 
     Each pixel of a 2 x 2 block samples a quarter of the maps, of 1024 maps a sixteenth; visibility is the mean over the pixel and its
-    neighbours on the same surface. What is near a receiver is tested by rays: all triangles of a scene of up to 4,096, of others the large
-    ones.
+    neighbours on the same surface. Of a sky or environment what is near a receiver is tested by rays: all triangles of a scene of up to
+    4,096, of others the large ones.
     The maps cover all casters, not what the camera sees: they are drawn again only if the scene or the light changes.
 
     Parameters

@@ -27,7 +27,8 @@ class Exact(Filter):
         Rotate the points from pixel to pixel: noise instead of the steps of few points.
     interpolate : bool
         Test the points at every second pixel of each second row, and interpolate between pixels on the same surface where they differ by
-        at most a fifth of the light. Two to four times faster; what is narrower than two pixels may be lost from a penumbra.
+        at most a quarter of the light. A frame takes little more than half of the time; what is narrower than two pixels may be lost from a
+        penumbra.
 
     References
     ----------
